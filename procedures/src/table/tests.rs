@@ -7,7 +7,7 @@ use std::ops::Range;
 const SWEEP: &[Field] = &[
     Field::required("velocity", Shape::Quantities(QuantityKind::AngularVelocity), "Plateau velocities."),
     Field::default("span", Shape::Range(QuantityKind::Angle), "-60 deg .. 60 deg", "Where the strokes turn."),
-    Field::default("cycles", Shape::Integer, "2", "Strokes there and back."),
+    Field::default("cycles", Shape::Integer, "2", "Strokes out and back."),
 ];
 
 const STEP: &[Field] = &[Field::required("file", Shape::Text, "File.")];

@@ -60,7 +60,7 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         "bristle-stiffness",
         Q::Stiffness,
-        "Initial slope σ0 of friction torque over displacement from rest.",
+        "Bristle stiffness σ0: initial slope of friction torque over displacement from rest.",
     ),
     Measurand::new(
         "presliding-damping",
@@ -75,7 +75,8 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         "hold-margin",
         Q::Torque,
-        "Torque by which static friction exceeds unbalance and spring at a pose, mean over the cogging; negative where the axis slides.",
+        "Margin by which static friction exceeds unbalance and spring at a pose, mean over the cogging; \
+         negative where the axis slides.",
     ),
 ];
 
@@ -192,18 +193,19 @@ const FIELDS: &[Field] = &[
         "pose",
         Shape::Quantity(Q::Angle),
         "0 deg",
-        "Where the ramps start: where the load is balanced.",
+        "Pose at which the ramps start; the load should be balanced there.",
     ),
     Field::default(
         "other-axis-pose",
         Shape::Quantity(Q::Angle),
         "0 deg",
-        "Where the other axes rest, inside their soft limits; the inertia of an axis depends on it.",
+        "Pose of the other axes, inside their soft limits; the inertia of an axis depends on it.",
     ),
     Field::required(
         "displacement",
         Shape::Quantity(Q::Angle),
-        "Movement that ends a ramp: more than 1.1 × 8 z_ss as expected, z_ss = static friction over bristle stiffness.",
+        "Movement that ends a ramp: more than 1.1 × 8 z_ss, where z_ss is the expected static friction over \
+         bristle stiffness.",
     ),
     Field::default(
         "holding-torque",
@@ -215,7 +217,7 @@ const FIELDS: &[Field] = &[
         "approach-velocity",
         Shape::Quantity(Q::AngularVelocity),
         "2 deg/s",
-        "Velocity of the approach, always from below, that fixes the history of the contact.",
+        "Velocity of the approach, always from below, which gives the contact a defined history.",
     ),
     Field::optional(
         "map",
@@ -227,7 +229,11 @@ const FIELDS: &[Field] = &[
         Shape::Tables(RAMP),
         "Torque ramps: every rate with every dwell, both directions.",
     ),
-    Field::optional("multisine", Shape::Table(MULTISINE), "Small periodic torque for stiffness and damping."),
+    Field::optional(
+        "multisine",
+        Shape::Table(MULTISINE),
+        "Small multisine torque for stiffness and damping.",
+    ),
     Field::optional("hold", Shape::Table(HOLD), "Poses at which the axis must hold itself unpowered."),
     Field::default(
         "dwell-constant",
@@ -240,7 +246,7 @@ const FIELDS: &[Field] = &[
 const MAP: &[Field] = &[
     Field::default("velocity", Shape::Quantity(Q::AngularVelocity), "1 deg/s", "Velocity of the stroke."),
     Field::default("periods", Shape::Integer, "2", "Cogging periods on each side of the pose."),
-    Field::default("cycles", Shape::Integer, "1", "Strokes there and back."),
+    Field::default("cycles", Shape::Integer, "1", "Strokes out and back."),
 ];
 
 const RAMP: &[Field] = &[
@@ -259,13 +265,13 @@ const MULTISINE: &[Field] = &[
         "level",
         Shape::Quantity(Q::Ratio),
         "0.09",
-        "Peak torque over expected static friction, ≤ 0.1.",
+        "Peak torque as a share of the expected static friction, ≤ 0.1.",
     ),
     Field::default(
         "from",
         Shape::Quantity(Q::Frequency),
         "0.1 Hz",
-        "Lowest line; its period is that of the whole.",
+        "Lowest line; its period is the period of the signal.",
     ),
     Field::default("to", Shape::Quantity(Q::Frequency), "10 Hz", "Highest line."),
     Field::default("lines", Shape::Integer, "14", "Lines, log-spaced."),
@@ -273,7 +279,7 @@ const MULTISINE: &[Field] = &[
         "periods",
         Shape::Integer,
         "5",
-        "Periods; the first is dropped, four or more must remain.",
+        "Periods; the first is dropped, at least four must remain.",
     ),
 ];
 
@@ -281,19 +287,19 @@ const HOLD: &[Field] = &[
     Field::required(
         "pose",
         Shape::Quantities(Q::Angle),
-        "Poses that are judged, each measured at three phases of the cogging.",
+        "Poses to be judged, each measured at three phases of the cogging.",
     ),
     Field::optional(
         "further-pose",
         Shape::Quantities(Q::Angle),
-        "Poses, each measured once, for the curve over the travel alone.",
+        "Poses for the curve over the travel only, each measured once.",
     ),
     Field::default("rate", Shape::Quantity(Q::CurrentRate), "1 A/s", "Rate of the ramps at each pose."),
     Field::default(
         "release",
         Shape::Quantity(Q::Time),
         "10 s",
-        "How long the axis must stay put without torque.",
+        "Time for which the axis must hold its position without torque.",
     ),
 ];
 
@@ -375,13 +381,12 @@ impl ReadKeys for Keys {
             let help = "add [[ramp]] with `rate = [\"1 A/s\"]`, [multisine], or [hold] with poses";
             table.mistake(
                 "ramp",
-                "nothing to do: no ramps, no multisine, no poses to hold",
+                "no ramps, no multisine and no hold poses: nothing to run",
                 Some(help.to_owned()),
             );
         }
         if (table.has("ramp") || table.has("multisine")) && !table.has("map") {
-            let help =
-                "add [map]: a slow stroke shows cogging, unbalance and spring, which are taken off the ramps";
+            let help = "add [map]: a slow stroke that measures cogging, unbalance and spring, which are subtracted from the ramps";
             table.mistake(
                 "map",
                 "missing table `map`, which ramps and the multisine need",

@@ -53,17 +53,18 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         FRICTION_CURRENT,
         Q::Current,
-        "Friction as motor current, where no torque constant is known.",
+        "Friction torque in sliding as motor current, for records without a torque constant.",
     ),
     Measurand::new(
         DIRECTIONS,
         Q::Torque,
-        "Half of what friction differs by direction, magnitude; a constant load (unbalance, spring) is in it.",
+        "Half the difference of friction between the directions, as a magnitude; it includes a constant \
+         load (unbalance, spring).",
     ),
     Measurand::new(
         UNEVENNESS,
         Q::Ratio,
-        "Largest friction over one cogging period of the angle, over the mean of all, less 1.",
+        "Largest friction of any one cogging period over the mean of all periods, less 1.",
     ),
     Measurand::new(COULOMB, Q::Torque, "Coulomb torque T_C: sliding friction without its viscous part."),
     Measurand::new(
@@ -86,13 +87,13 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         AMPLITUDE_CURRENT,
         Q::Current,
-        "The same as motor current, where no torque constant is known.",
+        "The same amplitude as motor current, for records without a torque constant.",
     ),
     Measurand::new(HARMONIC, Q::Torque, "Amplitude of one spatial harmonic of at least 2 % of the largest."),
     Measurand::new(
         HARMONIC_CURRENT,
         Q::Current,
-        "The same as motor current, where no torque constant is known.",
+        "The same amplitude as motor current, for records without a torque constant.",
     ),
     Measurand::new(PHASE, Q::Angle, "Phase φ of one spatial harmonic A·cos(order·θ + φ)."),
 ];

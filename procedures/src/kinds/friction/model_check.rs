@@ -24,7 +24,11 @@ const MEASURANDS: &[Measurand] = &[
         Q::Torque,
         "Mean over whole cogging periods of motor torque less inertia less model, in one direction.",
     ),
-    Measurand::new(RMS, Q::Torque, "Root mean square over angle of the same, cogging included."),
+    Measurand::new(
+        RMS,
+        Q::Torque,
+        "Root mean square over angle of motor torque less inertia less model, cogging included.",
+    ),
 ];
 
 pub(in crate::kinds) const KIND: Kind =

@@ -32,7 +32,7 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         ERROR,
         Q::Ratio,
-        "The same over the torque constant of the rig file, less 1: by so much every torque of the run is off.",
+        "Measured torque constant over that of the rig file, less 1: the relative error of every torque of the run.",
     ),
     Measurand::new(
         PULLED,
@@ -51,8 +51,8 @@ impl Experiment for Keys {
 
     fn notes(&self, axis: &str, _axes: &Axes) -> Vec<String> {
         vec![format!(
-            "Somebody pulls axis {axis} at {} by {}, first towards growing, then towards falling angle, on an arm of {}; \
-             the drive has no torque meanwhile.",
+            "A person pulls axis {axis} at {} by {}, first towards increasing, then towards decreasing \
+             angle, with a lever arm of {}; the drive has no torque meanwhile.",
             Q::AngularVelocity.format(self.velocity_rad_per_s),
             Q::Angle.format(self.way_rad),
             Q::Length.format(self.arm_m),

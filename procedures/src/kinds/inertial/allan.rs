@@ -30,7 +30,7 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         INSTABILITY,
         Q::AngularVelocity,
-        "Bias instability B of a gyro; its Allan deviation is 0.664 B where it is flat.",
+        "Bias instability B of a gyro; the flat part of the Allan deviation lies at 0.664 B.",
     ),
     Measurand::new(RATE_WALK, Q::RateRandomWalk, "Rate random walk K of a gyro."),
     Measurand::new(
@@ -38,12 +38,8 @@ const MEASURANDS: &[Measurand] = &[
         Q::AngularVelocity,
         "Mean rate of a gyro at standstill less that of the Earth (needs `latitude`).",
     ),
-    Measurand::new(
-        RESOLUTION,
-        Q::Angle,
-        "Least step of the encoder's position that is seen in a slow creep.",
-    ),
-    Measurand::new(BITS, Q::Count, "Binary logarithm of a full turn over that step."),
+    Measurand::new(RESOLUTION, Q::Angle, "Smallest step of the encoder's position during a slow creep."),
+    Measurand::new(BITS, Q::Count, "Binary logarithm of a full turn over the smallest step of the encoder."),
     Measurand::new(
         PEAK,
         Q::Ratio,

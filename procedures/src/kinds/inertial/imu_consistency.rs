@@ -30,42 +30,45 @@ const PLAY: &str = "lost-motion";
 const SLIP: &str = "encoder-slip";
 
 const MEASURANDS: &[Measurand] = &[
-    Measurand::new(SCALE, Q::Ratio, "Size of the rate that the gyros show over that of the encoder, less 1."),
+    Measurand::new(SCALE, Q::Ratio, "Magnitude of the gyros' rate over that of the encoder, less 1."),
     Measurand::new(
         MAPPING,
         Q::Angle,
-        "Angle between the axis that the gyros show and the one that the mount of 45 deg says: 180 deg for a wrong sign.",
+        "Angle between the axis of rotation by the gyros and the one expected from the 45 deg mounting; 180 \
+         deg for a wrong sign.",
     ),
-    Measurand::new(
-        DELAY,
-        Q::Time,
-        "How much later the log has a motion from the gyros than from the encoder.",
-    ),
+    Measurand::new(DELAY, Q::Time, "Delay of the gyros relative to the encoder in the log."),
     Measurand::new(
         RIPPLE,
         Q::Angle,
-        "Largest error of an encoder within the pitches of its scale, by the gyros, zero to peak.",
+        "Largest error of an encoder within the pitches of its scale, zero to peak, measured with the gyros.",
     ),
     Measurand::new(
         ZERO,
         Q::Angle,
-        "What the encoder of elevation shows more than gravity, biases of the accelerometers taken off; azimuth must be level.",
+        "Elevation by the encoder less elevation by gravity, corrected for accelerometer biases; azimuth must be level.",
     ),
-    Measurand::new(GRAVITY, Q::Ratio, "Gravity by the accelerometers over its standard value, less 1."),
+    Measurand::new(
+        GRAVITY,
+        Q::Ratio,
+        "Gravity measured by the accelerometers over its standard value, less 1.",
+    ),
     Measurand::new(
         BIAS,
         Q::Acceleration,
-        "Bias of the accelerometers up from the line of sight and along it, told from gravity by several elevations.",
+        "Bias of the accelerometers upwards from the line of sight and along it, separated from gravity by \
+         several elevations.",
     ),
     Measurand::new(
         PLAY,
         Q::Angle,
-        "How far the axis turns after a reversal, by the gyros, before its encoder follows.",
+        "Lost motion: angle by the gyros through which the axis turns after a reversal before its encoder follows.",
     ),
     Measurand::new(
         SLIP,
         Q::Ratio,
-        "Share of the travel towards larger angles, by the gyros, that the encoder does not show; negative where it loses the other way.",
+        "Share of the travel towards larger angles, by the gyros, that the encoder misses; negative where \
+         it misses travel the other way.",
     ),
 ];
 

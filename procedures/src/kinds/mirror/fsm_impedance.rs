@@ -44,8 +44,16 @@ director.md §2 (FSM-MODE), §4.4, E6 (which axis has which mode), E25; IEEE Std
 ";
 
 const MEASURANDS: &[Measurand] = &[
-    Measurand::new(measure::DEPARTURE, Q::Ratio, "Frequency of the mode over the expected one, less 1."),
-    Measurand::new(measure::MODE, Q::Frequency, "Series resonance of the bare mechanism."),
+    Measurand::new(
+        measure::DEPARTURE,
+        Q::Ratio,
+        "Frequency of the mode over the expected frequency, less 1.",
+    ),
+    Measurand::new(
+        measure::MODE,
+        Q::Frequency,
+        "Frequency of the mode: series resonance of the bare mechanism.",
+    ),
     Measurand::new(measure::DAMPING, Q::Ratio, "Damping ratio of the bare mechanism."),
     Measurand::new(
         measure::COUPLING,

@@ -77,23 +77,19 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         response::ATTENUATION,
         Q::Decibel,
-        "Command over tilt at 100 Hz; negative where the mirror moves more than commanded.",
+        "Command over tilt at 100 Hz, in decibels; negative where the mirror moves more than commanded.",
     ),
     Measurand::new(
         channels::LEVEL_DIFFERENCE,
         Q::Decibel,
-        "Largest difference in gain of analog and serial channel at equal axis and level.",
+        "Largest gain difference between analog and serial channel for the same axis and level.",
     ),
     Measurand::new(
         channels::PHASE_DIFFERENCE,
         Q::Angle,
-        "Largest difference in phase of analog and serial channel, known delays taken off.",
+        "Largest phase difference between analog and serial channel, corrected for the known delays.",
     ),
-    Measurand::new(
-        conclude::STROKE,
-        Q::Angle,
-        "Farthest tilt that is reached to either side, the smaller one.",
-    ),
+    Measurand::new(conclude::STROKE, Q::Angle, "Largest tilt reached on the side that reaches less."),
     Measurand::new(
         conclude::GAUGE_SCALE,
         Q::Ratio,
@@ -107,7 +103,7 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         response::RESONANCE,
         Q::Frequency,
-        "Resonance of what the mirror stands on, seen on the response.",
+        "Resonance of the mirror's support, as seen in the response.",
     ),
     Measurand::new(
         response::CROSSOVER,
@@ -117,14 +113,18 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         response::GAIN_MARGIN,
         Q::Decibel,
-        "Smallest gain margin of all -180 deg crossings of that loop.",
+        "Smallest gain margin of all -180 deg crossings of the open loop of the mirror's servo.",
     ),
     Measurand::new(
         response::PHASE_MARGIN,
         Q::Angle,
-        "Smallest phase margin of all 0 dB crossings of that loop.",
+        "Smallest phase margin of all 0 dB crossings of the open loop of the mirror's servo.",
     ),
-    Measurand::new(response::MODULUS_MARGIN, Q::Ratio, "Least distance of that loop from -1."),
+    Measurand::new(
+        response::MODULUS_MARGIN,
+        Q::Ratio,
+        "Smallest distance of the open loop of the mirror's servo from -1.",
+    ),
 ];
 
 pub(in crate::kinds) const KIND: Kind = Kind::new::<Keys>("fsm-response", DOC, keys::FIELDS, MEASURANDS);

@@ -27,22 +27,22 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         REJECTION,
         Q::Decibel,
-        "What the fine loop leaves of the tip-tilt at a frequency, in the line of sight.",
+        "Residual of the tip-tilt at a frequency with the fine loop closed, in the line of sight.",
     ),
     Measurand::new(
         CROSSING,
         Q::Frequency,
-        "Lowest frequency at which the fine loop leaves all of the tip-tilt.",
+        "Lowest frequency at which the fine loop does not reduce the tip-tilt (0 dB).",
     ),
     Measurand::new(
         AMPLIFICATION,
         Q::Decibel,
-        "Most that the fine loop makes of the tip-tilt at any frequency.",
+        "Largest amplification of the tip-tilt by the fine loop at any frequency.",
     ),
     Measurand::new(
         WITH_AND_WITHOUT,
         Q::Decibel,
-        "Power of the readings with the fine loop over that without it, in a band around a frequency.",
+        "Power of the readings with the fine loop closed over that with it open, in a band around a frequency.",
     ),
 ];
 

@@ -20,11 +20,11 @@ pub(in crate::kinds) const AZIMUTH: Field = Field::default(
     "azimuth",
     Shape::Quantity(Q::Angle),
     "0 deg",
-    "Where the azimuth axis holds: on the target.",
+    "Azimuth of the target, at which the axis holds.",
 );
 /// Key of the elevation at which the gimbal points at a target.
 pub(in crate::kinds) const ELEVATION: Field =
-    Field::default("elevation", Shape::Quantity(Q::Angle), "40 deg", "Where the elevation axis holds.");
+    Field::default("elevation", Shape::Quantity(Q::Angle), "40 deg", "Elevation at which the axis holds.");
 
 /// Azimuth and elevation at which the gimbal points at a target.
 pub(in crate::kinds) fn pose_rad(table: &mut TableReader<'_>) -> Option<[f64; 2]> {

@@ -30,12 +30,12 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         DEPARTURE,
         Q::Ratio,
-        "Optical gain over the one that the fine loop is built for, less 1: -200 % for a wrong sign.",
+        "Optical gain over the gain that the fine loop assumes, less 1; -200 % for a wrong sign.",
     ),
     Measurand::new(
         COUPLING,
         Q::Ratio,
-        "Motion that the tracker sees in the other axis over that in the axis of the mirror that moves.",
+        "Motion seen by the tracker in the other axis over that in the axis in which the mirror moves.",
     ),
 ];
 
@@ -54,8 +54,8 @@ impl Experiment for Keys {
     fn notes(&self, _axis: &str, _axes: &Axes) -> Vec<String> {
         let rates: Vec<String> = self.frame_rates_hz.iter().map(|&hz| Q::Frequency.format(hz)).collect();
         vec![format!(
-            "the fine camera must run at {} in the points that say so: its frames are counted, a point at another rate has \
-             no result",
+            "set the fine camera to {} for the points that name this rate; frames are counted, and a point \
+             at another rate has no result",
             rates.join(" and ")
         )]
     }

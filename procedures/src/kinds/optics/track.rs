@@ -45,38 +45,51 @@ const FINE_MISSING: &str = "fine-frames-missing";
 
 const MEASURANDS: &[Measurand] = &[
     Measurand::new(COARSE[0], Q::Angle, "Root mean square of the coarse error outside the declared windows."),
-    Measurand::new(COARSE[1], Q::Angle, "The same over the whole record."),
-    Measurand::new(COARSE[2], Q::Angle, "The same inside the windows."),
+    Measurand::new(COARSE[1], Q::Angle, "Root mean square of the coarse error over the whole record."),
+    Measurand::new(COARSE[2], Q::Angle, "Root mean square of the coarse error inside the declared windows."),
     Measurand::new(COARSE[3], Q::Ratio, "Share of the coarse frames that lies inside the declared windows."),
-    Measurand::new(
-        COARSE[4],
-        Q::Angle,
-        "Magnitude of the coarse error that 99.9 % of all frames stay below.",
-    ),
+    Measurand::new(COARSE[4], Q::Angle, "Coarse error, 99.9 % percentile of its magnitude over all frames."),
     Measurand::new(COARSE[5], Q::Angle, "Largest magnitude of the coarse error in the whole record."),
     Measurand::new(
         FINE[0],
         Q::Angle,
-        "Root mean square of the fine error outside the declared windows, where the mirror has stroke left.",
+        "Root mean square of the fine error outside the declared windows, without frames in which the \
+         mirror was at the end of its stroke.",
     ),
-    Measurand::new(FINE[1], Q::Angle, "The same over all frames that show the target."),
-    Measurand::new(FINE[2], Q::Angle, "The same over the frames that were left out."),
+    Measurand::new(
+        FINE[1],
+        Q::Angle,
+        "Root mean square of the fine error over all frames that show the target.",
+    ),
+    Measurand::new(
+        FINE[2],
+        Q::Angle,
+        "Root mean square of the fine error over the frames that were left out.",
+    ),
     Measurand::new(
         FINE[3],
         Q::Ratio,
         "Share of the fine frames in the windows, at the end of the stroke or after a loss.",
     ),
-    Measurand::new(FINE[4], Q::Angle, "Magnitude of the fine error that 99.9 % of all frames stay below."),
+    Measurand::new(FINE[4], Q::Angle, "Fine error, 99.9 % percentile of its magnitude over all frames."),
     Measurand::new(FINE[5], Q::Angle, "Largest magnitude of the fine error in the whole record."),
-    Measurand::new(LOSSES, Q::Count, "How often the coarse tracker lost its target, from the first lock on."),
+    Measurand::new(
+        LOSSES,
+        Q::Count,
+        "Number of times the coarse tracker lost its target after the first lock.",
+    ),
     Measurand::new(
         FINE_LOSSES,
         Q::Count,
-        "How often the fine tracker lost its target, from the first lock on.",
+        "Number of times the fine tracker lost its target after the first lock.",
     ),
     Measurand::new(GAP, Q::Time, "Longest time between two coarse frames that show the target."),
-    Measurand::new(MISSING, Q::Ratio, "Share of the coarse frames, by their counter, that never came."),
-    Measurand::new(FINE_MISSING, Q::Ratio, "Share of the fine frames, by their counter, that never came."),
+    Measurand::new(MISSING, Q::Ratio, "Share of the coarse frames that never arrived, by the frame counter."),
+    Measurand::new(
+        FINE_MISSING,
+        Q::Ratio,
+        "Share of the fine frames that never arrived, by the frame counter.",
+    ),
     Measurand::new(
         DWELL,
         Q::Time,
@@ -114,8 +127,8 @@ impl Experiment for Keys {
     }
 
     fn conclude(&self, _cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
-        let convention = "Errors of azimuth are told across the elevation axis, as the tracker sees them: azimuth error \
-                          times the cosine of elevation.";
+        let convention = "Errors of azimuth are given as cross-elevation, as the tracker sees them: azimuth \
+                          error times the cosine of elevation.";
         Conclusion { remarks: vec![convention.to_owned()], ..Conclusion::collected(points) }
     }
 }

@@ -26,19 +26,19 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         LATENCY,
         Q::Time,
-        "Time from a motion to the message that shows it, without the wait for the next frame.",
+        "Time from a motion to the message that shows it, without the wait for the next exposure.",
     ),
     Measurand::new(
         STAMP,
         Q::Time,
-        "Stated time of an exposure less that of the motion it shows: what the delay of messages is off that the rig \
-              file declares.",
+        "Stated time of an exposure less the time of the motion that it shows: the error of the message \
+         delay in the rig file.",
     ),
-    Measurand::new(JITTER, Q::Time, "Standard deviation of the age of messages as they arrive."),
+    Measurand::new(JITTER, Q::Time, "Standard deviation of the age of messages on arrival."),
     Measurand::new(
         SCALE,
         Q::Ratio,
-        "Angle that the coarse tracker shows over the one by which the encoder says that the line of sight moved, less 1.",
+        "Motion of the line of sight by the coarse tracker over that by the encoder, less 1.",
     ),
 ];
 

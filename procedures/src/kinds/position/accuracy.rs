@@ -66,12 +66,12 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         SERVO,
         Q::Angle,
-        "A of the encoder alone: how exactly the servo brings it to its command, not where the axis is.",
+        "A of the encoder alone: how accurately the servo reaches its command, not where the axis really is.",
     ),
     Measurand::new(
         POSE_ACCURACY,
         Q::Angle,
-        "Pose accuracy AP (ISO 9283) against the external reference, its zero that of the encoder at the first cycle.",
+        "Pose accuracy AP (ISO 9283) against the external reference, zeroed to the encoder in the first cycle.",
     ),
     Measurand::new(
         POSE_REPEATABILITY,
@@ -103,8 +103,7 @@ impl Experiment for Keys {
 
     fn notes(&self, axis: &str, axes: &Axes) -> Vec<String> {
         let missing = axes.get(axis).is_some_and(|limits| limits.reference.is_none());
-        let note =
-            "reference instrument missing: accuracy stays inconclusive, the encoder alone shows servo error";
+        let note = "reference instrument missing: accuracy stays inconclusive, because the encoder alone shows only the servo error";
         missing.then(|| note.to_owned()).into_iter().collect()
     }
 

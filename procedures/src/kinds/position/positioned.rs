@@ -183,10 +183,9 @@ pub(in crate::kinds) fn outside(
         return None;
     }
     let [at, low, high] = [at_rad, low, high].map(|rad| Q::Angle.format(rad));
-    let message =
-        format!("{what} {at} is outside the soft limits {low} .. {high} of axis `{axis}`, or on one");
+    let message = format!("{what} {at} is on or outside the soft limits {low} .. {high} of axis `{axis}`");
     let room = Q::Angle.format(CLEARANCE_RAD);
-    Some(Diagnostic::new(message).help(format!("stay inside them by {room} at least")))
+    Some(Diagnostic::new(message).help(format!("stay at least {room} inside them")))
 }
 
 /// Mistake of a place that an axis cannot reach at all: beyond the ends of its travel.

@@ -66,16 +66,26 @@ const fn measurand(of: Named, doc: &'static str) -> Measurand {
 }
 
 const MEASURANDS: &[Measurand] = &[
-    measurand(OF_RAMP[0], "99.9 % percentile of the magnitude on a ramp at constant rate, not aligned."),
-    measurand(OF_RAMP[1], "Root mean square of the same, not aligned."),
-    measurand(OF_RAMP[2], "Largest magnitude of the same, not aligned."),
-    measurand(OF_RAMP[3], "99.9 % percentile on a ramp, pure delay (here any constant error) removed."),
-    measurand(OF_RAMP[4], "That delay."),
-    measurand(OF_PATH[0], "99.9 % percentile of the magnitude on a sine or path, not aligned."),
-    measurand(OF_PATH[1], "Root mean square of the same, not aligned."),
-    measurand(OF_PATH[2], "Largest magnitude of the same, not aligned."),
-    measurand(OF_PATH[3], "99.9 % percentile on a sine or path, pure delay removed."),
-    measurand(OF_PATH[4], "That delay."),
+    measurand(
+        OF_RAMP[0],
+        "Following error on a ramp at constant rate, 99.9 % percentile of its magnitude, not aligned.",
+    ),
+    measurand(OF_RAMP[1], "Following error on a ramp at constant rate, root mean square, not aligned."),
+    measurand(OF_RAMP[2], "Following error on a ramp at constant rate, largest magnitude, not aligned."),
+    measurand(
+        OF_RAMP[3],
+        "Following error on a ramp, 99.9 % percentile, with a pure delay (here any \
+                           constant error) removed.",
+    ),
+    measurand(OF_RAMP[4], "Pure delay that was removed from the following error."),
+    measurand(
+        OF_PATH[0],
+        "Following error on a sine or path, 99.9 % percentile of its magnitude, not aligned.",
+    ),
+    measurand(OF_PATH[1], "Following error on a sine or path, root mean square, not aligned."),
+    measurand(OF_PATH[2], "Following error on a sine or path, largest magnitude, not aligned."),
+    measurand(OF_PATH[3], "Following error on a sine or path, 99.9 % percentile, with a pure delay removed."),
+    measurand(OF_PATH[4], "Pure delay that was removed from the following error."),
 ];
 
 pub(in crate::kinds) const KIND: Kind = Kind::new::<Keys>("profile", DOC, keys::FIELDS, MEASURANDS);

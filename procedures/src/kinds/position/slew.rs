@@ -45,32 +45,45 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         ACCELERATION,
         Q::AngularAcceleration,
-        "Sustained while speeding up: mean over the stretch of constant planned acceleration, the worst move.",
+        "Sustained acceleration: mean while the planned acceleration is constant, in the worst move.",
     ),
     Measurand::new(
         DECELERATION,
         Q::AngularAcceleration,
-        "The same while braking, a magnitude; friction helps.",
+        "Sustained deceleration: mean while the planned deceleration is constant, in the worst move, as a \
+         magnitude; friction helps.",
     ),
     Measurand::new(PEAK_ACCELERATION, Q::AngularAcceleration, "Largest mean over 0.1 s, a magnitude."),
-    Measurand::new(VELOCITY, Q::AngularVelocity, "Sustained: mean over the cruise, the worst move."),
+    Measurand::new(
+        VELOCITY,
+        Q::AngularVelocity,
+        "Sustained velocity: mean over the cruise, in the worst move.",
+    ),
     Measurand::new(PEAK_VELOCITY, Q::AngularVelocity, "Largest mean over 0.1 s, a magnitude."),
-    Measurand::new(FULL_OVERSHOOT, Q::Angle, "Largest way beyond the final place at the end of a full move."),
-    Measurand::new(FULL_SETTLING, Q::Time, "From the planned end of a full move to within 75 urad for good."),
+    Measurand::new(
+        FULL_OVERSHOOT,
+        Q::Angle,
+        "Largest overshoot beyond the final position at the end of a full move.",
+    ),
+    Measurand::new(
+        FULL_SETTLING,
+        Q::Time,
+        "Time from the planned end of a full move until the axis stays within 75 urad.",
+    ),
     Measurand::new(
         OVERSHOOT,
         Q::Angle,
-        "Largest way beyond the final place at the end of a move, repeats averaged.",
+        "Largest overshoot beyond the final position at the end of a move, averaged over repeats.",
     ),
     Measurand::new(
         EXCESS,
         Q::Angle,
-        "Overshoot less the larger of 3 sigma of the noise and 3 urad; above 0 it is one.",
+        "Overshoot less the larger of 3 sigma of the noise and 3 urad; a value above 0 counts as overshoot.",
     ),
     Measurand::new(
         SETTLING,
         Q::Time,
-        "From the planned end of a move to where it stays within 75 urad of its final place.",
+        "Time from the planned end of a move until the axis stays within 75 urad of its final position.",
     ),
 ];
 

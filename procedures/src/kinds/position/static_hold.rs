@@ -30,19 +30,19 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         NOISE,
         Q::Angle,
-        "Standard deviation of the position of an axis that its loop holds, drift taken off.",
+        "Standard deviation of the position of an axis held by its loop, with drift removed.",
     ),
-    Measurand::new(DRIFT, Q::AngularVelocity, "Drift of the position of an axis that its loop holds."),
+    Measurand::new(DRIFT, Q::AngularVelocity, "Drift of the position of an axis held by its loop."),
     Measurand::new(TORQUE, Q::Torque, "Mean motor torque that holds the axis."),
     Measurand::new(
         TORQUE_NOISE,
         Q::Torque,
-        "Standard deviation of the motor torque of an axis that its loop holds: its noise floor.",
+        "Standard deviation of the motor torque of an axis held by its loop: the noise floor of the torque.",
     ),
     Measurand::new(
         MOVEMENT,
         Q::Angle,
-        "Largest movement of an axis from rest after its torque is taken away.",
+        "Largest movement of an axis from rest after its torque is switched off.",
     ),
 ];
 

@@ -55,9 +55,13 @@ const ALL: [Named; 5] =
     [(RISE, Q::Time), (SETTLING, Q::Time), (OVERSHOOT, Q::Angle), (EXCESS, Q::Angle), (FINAL, Q::Ratio)];
 
 const MEASURANDS: &[Measurand] = &[
-    Measurand::new(RISE, Q::Time, "From 10 % to 90 % of the final value."),
-    Measurand::new(SETTLING, Q::Time, "From the step to where the response stays within 2 % of it."),
-    Measurand::new(OVERSHOOT, Q::Angle, "Largest way beyond the final value, repeats averaged."),
+    Measurand::new(RISE, Q::Time, "Rise time from 10 % to 90 % of the final value."),
+    Measurand::new(
+        SETTLING,
+        Q::Time,
+        "Time from the step until the response stays within 2 % of its final value.",
+    ),
+    Measurand::new(OVERSHOOT, Q::Angle, "Largest overshoot beyond the final value, averaged over repeats."),
     Measurand::new(
         EXCESS,
         Q::Angle,

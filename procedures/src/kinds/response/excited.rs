@@ -35,31 +35,31 @@ pub(in crate::kinds) const EXCITATION: &[Field] = &[
         "into",
         Shape::Choice(&["velocity", "torque"]),
         "velocity",
-        "Where the signal is added: to the command of the velocity loop, or to its torque.",
+        "Injection point of the signal: the command of the velocity loop, or its torque.",
     ),
     Field::default(
         "signal",
         Shape::Choice(&["multisine", "sweep", "stepped"]),
         "multisine",
-        "All lines at once; a sine that sweeps through the band in each window; or one sine after the other.",
+        "Type of signal: all lines at once; a sine that sweeps through the band in each window; or one sine after the other.",
     ),
     Field::default(
         "grid",
         Shape::Choice(&["full", "odd", "odd-random"]),
         "full",
-        "Which harmonics a multisine has; those that it leaves out show distortion.",
+        "Harmonics of a multisine; distortion shows in those left out.",
     ),
     Field::default(
         "phases",
         Shape::Choice(&["random", "compressed"]),
         "random",
-        "Phases of a multisine: drawn anew for each realisation, or compressed to the least peak.",
+        "Phases of a multisine: drawn at random for each realisation, or optimised for the smallest peak.",
     ),
     Field::default(
         "level",
         Shape::QuantitiesOf(&[Q::Voltage, Q::AngularVelocity, Q::Current]),
         "4 V",
-        "Peak to peak, one point each. A rate is added to the velocity command, a motor current to the torque. 1 V of the \
+        "Levels of the signal, peak to peak, one point each. A rate is added to the velocity command, a motor current to the torque. 1 V of the \
          analog reference input is 1 deg/s or 1 A.",
     ),
     Field::required("from", Shape::Quantity(Q::Frequency), "Lowest line."),
@@ -67,24 +67,30 @@ pub(in crate::kinds) const EXCITATION: &[Field] = &[
     Field::optional(
         "lines",
         Shape::Integer,
-        "About so many lines in equal ratios of frequency; every line of the grid if left out.",
+        "Approximate number of lines, log-spaced; default: every line of the grid.",
     ),
     Field::optional(
         "window",
         Shape::Quantity(Q::Time),
-        "Longest stretch that is evaluated at once; lines are at least half of its inverse apart.",
+        "Longest window that is evaluated; the spacing of the lines is at least half of its inverse.",
     ),
     Field::default(
         "realisations",
         Shape::Integer,
         "4",
-        "Signals with other phases; every other one has its lines between those of the one before.",
+        "Number of signals with different phases; every second one has its lines between those of the one before.",
     ),
-    Field::default("duration", Shape::Quantity(Q::Time), "110 s", "Time for a point, approaches included."),
+    Field::default(
+        "duration",
+        Shape::Quantity(Q::Time),
+        "110 s",
+        "Duration of a point, including approaches.",
+    ),
     Field::optional(
         "gain-ratio",
         Shape::Quantities(Q::Ratio),
-        "Gains of the velocity loop while it is excited, of the production gains, one point each; 0 for none at all.",
+        "Gains of the velocity loop during the excitation, relative to the production gains, one point \
+         each; 0 opens the loop.",
     ),
 ];
 
@@ -93,35 +99,32 @@ pub(in crate::kinds) const BACKGROUND: &[Field] = &[
     Field::required(
         "velocity",
         Shape::Quantity(Q::AngularVelocity),
-        "Rate at which the axis slides meanwhile; 0 to excite it from rest. A level that would reverse it gets more.",
+        "Rate at which the axis slides meanwhile; 0 excites it from rest. It is raised for a level that \
+         would reverse the motion.",
     ),
     Field::required(
         "sliding-from",
         Shape::Quantity(Q::AngularVelocity),
-        "Mean rate from which on the axis counts as sliding (0.20 rad/s azimuth, 0.03 rad/s elevation).",
+        "Mean rate from which the axis counts as sliding (0.20 rad/s azimuth, 0.03 rad/s elevation).",
     ),
-    Field::required(
-        "half-width",
-        Shape::Quantity(Q::Angle),
-        "The axis goes back and forth by this about its middle.",
-    ),
+    Field::required("half-width", Shape::Quantity(Q::Angle), "Half width of the strokes about their middle."),
     Field::default(
         "by",
         Shape::Choice(&["axis", "target"]),
         "axis",
-        "What makes it slide: strokes of its own position loop, or a target that sweeps and that it tracks.",
+        "Source of the sliding motion: strokes of the position loop, or tracking of a sweeping target.",
     ),
     Field::default(
         "turn",
         Shape::Quantity(Q::Time),
         "8 s",
-        "Time in which a target turns round; so slowly that it stays in the field of the coarse camera.",
+        "Time in which a target reverses; long enough for it to stay in the field of the coarse camera.",
     ),
     Field::default(
         "middle",
         Shape::Quantity(Q::Angle),
         "0 deg",
-        "Middle of azimuth's strokes; those of elevation go about the elevation of the point.",
+        "Middle of the strokes of azimuth; those of elevation are centred on the elevation of the point.",
     ),
 ];
 
@@ -177,11 +180,11 @@ impl Excited {
         let wrong = [
             (self.background.velocity_rad_per_s == 0.0, "give the target a `velocity`"),
             (self.into != Injection::Velocity, "add the signal `into = \"velocity\"`"),
-            (self.gain_ratio.is_some(), "leave `gain-ratio` out"),
+            (self.gain_ratio.is_some(), "leave out `gain-ratio`"),
             (!matches!(self.form, Form::Multisine { .. }), "use a multisine"),
         ];
         for (_, help) in wrong.into_iter().filter(|(wrong, _)| *wrong) {
-            table.mistake("background", "this cannot be done behind a target", Some(help.to_owned()));
+            table.mistake("background", "not possible while a target is tracked", Some(help.to_owned()));
         }
     }
 
@@ -210,12 +213,16 @@ fn excitation(t: &mut TableReader<'_>) -> Option<Excited> {
     let duration_s = t.positive("duration");
     let gain_ratios = if t.has("gain-ratio") { t.quantities("gain-ratio")? } else { Vec::new() };
     if gain_ratios.iter().any(|ratio| !(0.0..=1.0).contains(ratio)) {
-        t.mistake("gain-ratio", "`gain-ratio` is a share of the production gains", Some("0 to 1".to_owned()));
+        t.mistake(
+            "gain-ratio",
+            "`gain-ratio` is relative to the production gains",
+            Some("0 to 1".to_owned()),
+        );
     }
     if let (Some(from), Some(to)) = (from_hz, to_hz)
         && from >= to
     {
-        t.mistake("to", "the highest line lies below the lowest", Some("`from` below `to`".to_owned()));
+        t.mistake("to", "the highest line is below the lowest", Some("`from` below `to`".to_owned()));
     }
     let into = if into? == "torque" { Injection::Torque } else { Injection::Velocity };
     let levels = levels?.into_iter().map(|(kind, value)| Level { kind, value }).collect::<Vec<_>>();
@@ -296,7 +303,7 @@ pub(in crate::kinds) fn notes(keys: &Excited, axis: &str, axes: &Axes) -> Vec<St
         let cogging: Vec<String> = course.cogging_hz(limits).iter().map(|hz| format!("{hz:.2}")).collect();
         if keys.background.target_turn_s.is_some() {
             all.push(format!(
-                "{level}: follows a target that sweeps by {} about its middle, {:.1} s from turn to turn",
+                "{level}: follows a target that sweeps by {} about its middle, {:.1} s between reversals",
                 Q::Angle.format(0.5 * (course.ends_rad[1] - course.ends_rad[0])),
                 course.stroke_s
             ));
@@ -329,8 +336,8 @@ fn sweep(keys: &Excited, course: &Course) -> String {
         None => "more than -10 %".to_owned(),
     };
     format!(
-        "sweep of {lowest_hz:.1} Hz at damping {LIGHT_DAMPING}: {verdict} ISO 7626-2 (eta {eta:.2}); a tracking filter \
-         would read its peak {error} wrong, whole windows are evaluated instead"
+        "sweep of {lowest_hz:.1} Hz at damping {LIGHT_DAMPING}: {verdict} ISO 7626-2 (eta {eta:.2}); a \
+         tracking filter would misread its peak by {error}, so whole windows are evaluated instead"
     )
 }
 

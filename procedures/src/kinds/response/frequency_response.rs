@@ -23,14 +23,20 @@ const FIELDS: &[Field] = &[
         "elevation",
         Shape::Quantities(Q::Angle),
         "0 deg",
-        "Elevations, one point each with every level; those whose strokes would leave the travel move inside it.",
+        "Elevations, one point each with every level; an elevation whose strokes would leave the travel is \
+         shifted inside it.",
     ),
-    Field::required("excitation", Shape::Table(EXCITATION), "What is added, and where."),
-    Field::required("background", Shape::Table(BACKGROUND), "How the axis slides meanwhile."),
+    Field::required("excitation", Shape::Table(EXCITATION), "Excitation signal, and where it is injected."),
+    Field::required(
+        "background",
+        Shape::Table(BACKGROUND),
+        "Sliding motion of the axis during the excitation.",
+    ),
     Field::required(
         "responses",
         Shape::Texts,
-        "What is read from each record: `velocity-loop`, `track-loop`, `plant`, `current-loop`, `cross-axis`, `coaxiality`, `torque-angle`, `velocity-position`.",
+        "Responses to evaluate from each record: `velocity-loop`, `track-loop`, `plant`, `current-loop`, \
+         `cross-axis`, `coaxiality`, `torque-angle`, `velocity-position`.",
     ),
 ];
 
@@ -111,13 +117,18 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         "velocity-delay-margin",
         Q::Time,
-        "Smallest delay that would make the velocity loop unstable.",
+        "Delay margin: smallest additional delay that would make the velocity loop unstable.",
     ),
-    Measurand::new("velocity-modulus-margin", Q::Ratio, "Least distance of the open velocity loop from -1."),
+    Measurand::new(
+        "velocity-modulus-margin",
+        Q::Ratio,
+        "Modulus margin: smallest distance of the open \
+                                                         velocity loop from -1.",
+    ),
     Measurand::new(
         "velocity-disk-margin",
         Q::Ratio,
-        "Disk margin of the velocity loop: gain and phase may change together by this (Seiler et al. 2020).",
+        "Disk margin of the velocity loop: gain and phase may change together by this amount (Seiler et al. 2020).",
     ),
     Measurand::new("track-bandwidth", Q::Frequency, "Lowest 0 dB crossing of the open coarse track loop."),
     Measurand::new(
@@ -133,14 +144,19 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         "current-bandwidth",
         Q::Frequency,
-        "-3 dB frequency of the current loop by fit, hold of the command and transport removed.",
+        "-3 dB frequency of the current loop by fit, with the hold of the command and the transport delay removed.",
     ),
     Measurand::new(
         "cross-coupling-low",
         Q::Ratio,
         "Largest rate of the other axis over the rate of this one up to 10 Hz, under torque on this one.",
     ),
-    Measurand::new("cross-coupling-high", Q::Ratio, "The same above 10 Hz."),
+    Measurand::new(
+        "cross-coupling-high",
+        Q::Ratio,
+        "Largest rate of the other axis over the rate of this \
+                                                     one above 10 Hz, under torque on this one.",
+    ),
     Measurand::new(
         "sensor-coaxiality",
         Q::Ratio,
@@ -149,12 +165,13 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         "direct-departure",
         Q::Ratio,
-        "Torque to rate estimated directly in the closed loop, departure from the joint estimate, largest line.",
+        "Bias of the direct estimate of torque to rate in the closed loop: largest departure from the joint \
+         input-output estimate.",
     ),
     Measurand::new(
         plant::GAINS_NAME,
         Q::Ratio,
-        "Torque to rate with other gains of the loop around it, root mean square departure from that with the first.",
+        "Torque to rate with other loop gains: root mean square departure from that with the first gains.",
     ),
     Measurand::new(
         "distortion",
@@ -164,7 +181,7 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         "apparent-inertia",
         Q::Inertia,
-        "Inertia by torque to angle up to 5 Hz, -Re(1/G)/w^2: friction does not come in.",
+        "Inertia from torque to angle up to 5 Hz, -Re(1/G)/w^2; friction has no effect on it.",
     ),
     Measurand::new(
         "closed-velocity-bandwidth",
@@ -174,14 +191,20 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         "closed-velocity-peak",
         Q::Decibel,
-        "Largest gain of the same, between the lines by a curve through those up to 8 Hz.",
+        "Largest gain of the closed velocity loop, commanded rate to encoder angle times jw, interpolated \
+         by a curve through the lines up to 8 Hz.",
     ),
     Measurand::new(
         "closed-velocity-bandwidth-gyro",
         Q::Frequency,
         "-3 dB frequency of the closed velocity loop by the integrated gyro, L/(1 + L).",
     ),
-    Measurand::new("closed-velocity-peak-gyro", Q::Decibel, "Largest gain of the same."),
+    Measurand::new(
+        "closed-velocity-peak-gyro",
+        Q::Decibel,
+        "Largest gain of the closed velocity loop by \
+                                                             the integrated gyro, L/(1 + L).",
+    ),
 ];
 
 /// The keys, read.
@@ -221,15 +244,15 @@ impl ReadKeys for Keys {
             let help = "`track-loop` alone, with `by = \"target\"` in `[background]`; all others without";
             table.mistake(
                 "responses",
-                "a track loop is read behind a target, and nothing else",
+                "a track loop is measured while a target is tracked, and nothing else is",
                 Some(help.to_owned()),
             );
         }
         if responses.contains(&Response::VelocityPosition) && excited.into != Injection::Velocity {
-            let help = "`into = \"velocity\"` in `[excitation]`: behind a torque the command is an answer";
+            let help = "`into = \"velocity\"` in `[excitation]`: with an injected torque the command is itself a response";
             table.mistake(
                 "responses",
-                "`velocity-position` is read of what is added to the command",
+                "`velocity-position` needs a signal that is added to the command",
                 Some(help.to_owned()),
             );
         }
@@ -238,7 +261,7 @@ impl ReadKeys for Keys {
             let help = "`into = \"velocity\"` in `[excitation]`, without `gain-ratio`";
             table.mistake(
                 "responses",
-                "`velocity-loop` is read at the command of the loop, with its production gains",
+                "`velocity-loop` is measured at the command of the loop, with its production gains",
                 Some(help.to_owned()),
             );
         }
@@ -260,7 +283,7 @@ impl Experiment for Keys {
         {
             let message =
                 format!("response `{name}` needs two axes, one carrying the other; axis `{axis}` has none");
-            return Err(vec![Diagnostic::new(message).help(format!("leave `{name}` out of `responses`"))]);
+            return Err(vec![Diagnostic::new(message).help(format!("remove `{name}` from `responses`"))]);
         }
         let mut cases = excited::plan(&self.excited, axis, axes)?;
         cases.iter_mut().for_each(|case| case.looks_at_others = self.asks_for(Response::CrossAxis));

@@ -31,7 +31,7 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         "relative-deviation",
         Q::Ratio,
-        "Standard deviation of the response over its gain, complex, median over the lines.",
+        "Standard deviation of the complex response relative to its gain, median over the lines.",
     ),
     Measurand::new(
         "response-gain",
@@ -42,9 +42,16 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         "odd-distortion",
         Q::Ratio,
-        "Output at odd lines that are not excited, less what the input holds there, over the output at excited lines, rms.",
+        "Output at odd lines that are not excited, less the contribution of the input there, over the \
+         output at excited lines, rms.",
     ),
-    Measurand::new("even-distortion", Q::Ratio, "The same at even lines."),
+    Measurand::new(
+        "even-distortion",
+        Q::Ratio,
+        "Output at even lines that are not excited, less the \
+                                                 contribution of the input there, over the output at \
+                                                 excited lines, rms.",
+    ),
 ];
 
 pub(in crate::kinds) const KIND: Kind =
@@ -74,38 +81,38 @@ const FIELDS: &[Field] = &[
     Field::required(
         "source",
         Shape::Choice(&["periodic", "analyser"]),
-        "A record in time of a periodic signal, or a response that an analyser computed.",
+        "Type of record: a periodic signal over time, or a response computed by an analyser.",
     ),
     Field::optional("record", Shape::Table(RECORD), "The periodic record."),
     Field::optional("response", Shape::Tables(RESPONSE), "Responses to read from the periodic record."),
     Field::optional(
         "band",
         Shape::Range(Q::Frequency),
-        "Where resonances are looked for; everywhere if left out.",
+        "Band in which resonances are sought; default: everywhere.",
     ),
     Field::default(
         "find",
         Shape::Choice(&["resonances", "antiresonances", "both", "nothing"]),
         "both",
-        "What is looked for, unless a response says otherwise.",
+        "What to look for, unless a response overrides it.",
     ),
     Field::default(
         "least-prominence",
         Shape::Quantity(Q::Ratio),
         "5 %",
-        "How far a maximum stands out, of the largest gain.",
+        "Prominence of a maximum relative to the largest gain.",
     ),
-    Field::optional("at", Shape::Quantities(Q::Frequency), "Lines whose gain and phase are listed."),
+    Field::optional("at", Shape::Quantities(Q::Frequency), "Frequencies at which gain and phase are listed."),
     Field::default(
         "least-coherence",
         Shape::Quantity(Q::Ratio),
         "0.9",
-        "Lines of an analyser's response with less do not count.",
+        "Smallest coherence; lines of an analyser's response below it do not count.",
     ),
     Field::optional(
         "averages",
         Shape::Integer,
-        "Independent averages of the analyser, where they are stated.",
+        "Number of independent averages of the analyser, where stated.",
     ),
 ];
 
@@ -115,9 +122,19 @@ const RECORD: &[Field] = &[
         Shape::Quantity(Q::Time),
         "Period of the excitation, a whole number of samples.",
     ),
-    Field::default("dropped-periods", Shape::Integer, "1", "Periods at the start that hold the transient."),
+    Field::default(
+        "dropped-periods",
+        Shape::Integer,
+        "1",
+        "Periods at the start that contain the \
+                                                            transient; they are dropped.",
+    ),
     Field::required("input", Shape::Text, "Channel of the input, e.g. `current_a`."),
-    Field::optional("reference", Shape::Text, "Channel of the exact command, which repeats to the digit."),
+    Field::optional(
+        "reference",
+        Shape::Text,
+        "Channel of the exact command, which repeats exactly in every period.",
+    ),
     Field::required("from", Shape::Quantity(Q::Frequency), "Lowest excited line."),
     Field::required(
         "to",
@@ -127,20 +144,20 @@ const RECORD: &[Field] = &[
     Field::optional(
         "step",
         Shape::Quantity(Q::Frequency),
-        "Distance of the excited lines; every line of the period if left out.",
+        "Spacing of the excited lines; default: every line of the period.",
     ),
     Field::optional(
         "detection",
         Shape::Range(Q::Frequency),
-        "Where lines that are not excited show distortion.",
+        "Band in which lines that are not excited are evaluated for distortion.",
     ),
 ];
 
 const RESPONSE: &[Field] = &[
     Field::required("name", Shape::Text, "Name for the report, e.g. `motor angle`."),
     Field::required("output", Shape::Text, "Channel of the output, e.g. `position_rad`."),
-    Field::optional("input", Shape::Text, "Channel of the input, where it is not that of the record."),
-    Field::default("reversed", Shape::Boolean, "false", "Whether the output counts the other way round."),
+    Field::optional("input", Shape::Text, "Channel of the input; default: that of the record."),
+    Field::default("reversed", Shape::Boolean, "false", "Whether the sign of the output is inverted."),
     Field::default(
         "derivative",
         Shape::Integer,
@@ -150,7 +167,7 @@ const RESPONSE: &[Field] = &[
     Field::optional(
         "find",
         Shape::Choice(&["resonances", "antiresonances", "both", "nothing"]),
-        "What is looked for in this response.",
+        "What to look for in this response.",
     ),
 ];
 
@@ -213,7 +230,7 @@ impl ReadKeys for Keys {
         let least_coherence = t.positive("least-coherence");
         let averages = if t.has("averages") { Some(t.count("averages", 2)?) } else { None };
         if least_coherence.is_some_and(|least| least > 1.0) {
-            t.mistake("least-coherence", "a coherence is at most 1", None);
+            t.mistake("least-coherence", "give a coherence of at most 1", None);
         }
         let periodic = source? == "periodic";
         let misplaced: &[&str] =
@@ -283,7 +300,7 @@ fn record(t: &mut TableReader<'_>) -> Option<Record> {
     if let (Some(from), Some(to)) = (from_hz, to_hz)
         && from >= to
     {
-        t.mistake("to", "the highest line lies below the lowest", Some("`from` below `to`".to_owned()));
+        t.mistake("to", "the highest line is below the lowest", Some("`from` below `to`".to_owned()));
         return None;
     }
     Some(Record {

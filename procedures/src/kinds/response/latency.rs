@@ -36,30 +36,43 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         ROUND_TRIP,
         Q::Time,
-        "Command to feedback without the lag of the current loop and without the hold, by fit.",
+        "Round trip from command to feedback by fit, without the lag of the current loop and without the hold.",
     ),
-    Measurand::new(OUT, Q::Time, "Command to the first rise of the current at the motor, by current probe."),
+    Measurand::new(
+        OUT,
+        Q::Time,
+        "Delay from the command to the first rise of the current at the motor, by current probe.",
+    ),
     Measurand::new(
         BACK,
         Q::Time,
-        "Current at the motor to its number in the bench: round trip less the way out.",
+        "Delay from the current at the motor to its value in the bench: round trip less outward delay.",
     ),
     Measurand::new(
         BY_ONSET,
         Q::Time,
-        "Command to the first rise of the current that the drive reports, by onset of steps.",
+        "Delay from the command to the first rise of the current that the drive reports, by onset of steps.",
     ),
-    Measurand::new(JITTER, Q::Time, "Standard deviation of that onset from step to step."),
+    Measurand::new(
+        JITTER,
+        Q::Time,
+        "Standard deviation of the onset of the reported current from step to step.",
+    ),
     Measurand::new(LAG, Q::Time, "Delay of the current loop at low frequency, 1/(2 pi corner)."),
     Measurand::new(HOLD, Q::Time, "Delay of the zero-order hold of the command, half a period."),
     Measurand::new(
         ECHO,
         Q::Time,
-        "Analog output to analog input of the bench, in rows: whole exchanges, without hold.",
+        "Delay from analog output to analog input of the bench in whole exchanges, without hold.",
     ),
     Measurand::new(LEVELS, Q::Time, "Largest difference of the round trip between two levels."),
-    Measurand::new(SLOW, Q::Time, "The round trip with a command every few ticks only, `command-ticks`."),
-    Measurand::new(RATES, Q::Time, "That less the round trip with a command in every tick."),
+    Measurand::new(SLOW, Q::Time, "Round trip with a command only every `command-ticks` ticks."),
+    Measurand::new(
+        RATES,
+        Q::Time,
+        "Round trip with a command every `command-ticks` ticks, less that with a \
+                                    command in every tick.",
+    ),
 ];
 
 /// A value with its standard uncertainty, in one unit.

@@ -25,40 +25,70 @@ const FIELDS: &[Field] = &[
     Field::required(
         "elevation",
         Shape::Quantities(Q::Angle),
-        "Elevations, one point each with every level; those whose strokes would leave the travel move inside it.",
+        "Elevations, one point each with every level; an elevation whose strokes would leave the travel is \
+         shifted inside it.",
     ),
-    Field::required("excitation", Shape::Table(EXCITATION), "What is added, and where."),
-    Field::required("background", Shape::Table(BACKGROUND), "How the axis slides meanwhile."),
+    Field::required("excitation", Shape::Table(EXCITATION), "Excitation signal, and where it is injected."),
     Field::required(
-        "expected",
-        Shape::Tables(EXPECTED),
-        "Modes that are looked for, by ascending frequency.",
+        "background",
+        Shape::Table(BACKGROUND),
+        "Sliding motion of the axis during the excitation.",
     ),
+    Field::required("expected", Shape::Tables(EXPECTED), "Modes to look for, by ascending frequency."),
 ];
 
 const MEASURANDS: &[Measurand] = &[
-    Measurand::new("mode-1-departure", Q::Ratio, "First frequency found over the calculated one, less one."),
-    Measurand::new("mode-2-departure", Q::Ratio, "The same of the second."),
-    Measurand::new("mode-3-departure", Q::Ratio, "The same of the third."),
-    Measurand::new("mode-4-departure", Q::Ratio, "The same of the fourth."),
+    Measurand::new(
+        "mode-1-departure",
+        Q::Ratio,
+        "Measured frequency of the first mode over the calculated one, less 1.",
+    ),
+    Measurand::new(
+        "mode-2-departure",
+        Q::Ratio,
+        "Measured frequency of the second mode over the calculated one, less 1.",
+    ),
+    Measurand::new(
+        "mode-3-departure",
+        Q::Ratio,
+        "Measured frequency of the third mode over the calculated one, less 1.",
+    ),
+    Measurand::new(
+        "mode-4-departure",
+        Q::Ratio,
+        "Measured frequency of the fourth mode over the calculated one, less 1.",
+    ),
     Measurand::new(
         "first-mode-frequency",
         Q::Frequency,
-        "Frequency of the first mode, where a band is expected.",
+        "Frequency of the first mode, where a band is given for it.",
     ),
-    Measurand::new("second-mode-frequency", Q::Frequency, "The same of the second."),
-    Measurand::new("third-mode-frequency", Q::Frequency, "The same of the third."),
-    Measurand::new("fourth-mode-frequency", Q::Frequency, "The same of the fourth."),
-    Measurand::new("mode-damping", Q::Ratio, "Damping ratio of a mode; the flags say of which."),
+    Measurand::new(
+        "second-mode-frequency",
+        Q::Frequency,
+        "Frequency of the second mode, where a band is given for it.",
+    ),
+    Measurand::new(
+        "third-mode-frequency",
+        Q::Frequency,
+        "Frequency of the third mode, where a band is given for it.",
+    ),
+    Measurand::new(
+        "fourth-mode-frequency",
+        Q::Frequency,
+        "Frequency of the fourth mode, where a band is given for it.",
+    ),
+    Measurand::new("mode-damping", Q::Ratio, "Damping ratio of a mode; the flags name the mode."),
     Measurand::new(
         "mode-participation",
         Q::Ratio,
-        "Share of a mode in the gyro's rate, over that of the rigid axis; the flags say of which.",
+        "Participation of a mode in the gyro's rate, relative to the rigid axis; the flags name the mode.",
     ),
     Measurand::new(
         point::UNEXPECTED,
         Q::Ratio,
-        "Largest share in a sensor, over that of the rigid axis, of a mode that was not expected, up to a fifth above the last expected one.",
+        "Largest participation in a sensor, relative to the rigid axis, of an unexpected mode, up to a \
+         fifth above the last expected mode.",
     ),
 ];
 

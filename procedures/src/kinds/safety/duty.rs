@@ -44,12 +44,12 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         ABOVE,
         Q::Time,
-        "Longest time for which a drive's current stays above its continuous one.",
+        "Longest time for which a drive's current stays above its continuous current.",
     ),
     Measurand::new(
         SINK_END,
         Q::Temperature,
-        "Hottest that a drive's heat sink gets when the cycle repeats without end.",
+        "Final temperature of a drive's heat sink if the cycle repeats indefinitely.",
     ),
     Measurand::new(SINK_TIME, Q::Time, "Time constant of a drive's heat sink."),
     Measurand::new(BUS_LOW, Q::Voltage, "Lowest voltage of the DC link."),

@@ -65,7 +65,8 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         "presliding-ratio",
         Q::Ratio,
-        "Displacement by a small torque over torque / expected bristle stiffness; negative against the torque.",
+        "Displacement by a small torque relative to torque over expected bristle stiffness; negative if it \
+         opposes the torque.",
     ),
     Measurand::new(
         "gyro-encoder-ratio",
@@ -75,17 +76,17 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         "gyro-cross-ratio",
         Q::Ratio,
-        "Part of the motion of an axis that the gyros see about the other one.",
+        "Share of the motion of an axis that the gyros see about the other axis.",
     ),
     Measurand::new(
         "torque-scale-ratio",
         Q::Ratio,
-        "Torque that accelerates the axis, by the inertia in the rig file, over torque that the drive reports.",
+        "Accelerating torque, by the inertia in the rig file, over the torque that the drive reports.",
     ),
     Measurand::new(
         conclude::SMALL_MOTION_INERTIA,
         Q::Inertia,
-        "Inertia by which the axis answers a small periodic torque, if the torque constant of the rig file holds.",
+        "Inertia of the axis from its response to a small periodic torque, based on the torque constant of the rig file.",
     ),
 ];
 

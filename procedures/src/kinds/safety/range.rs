@@ -25,13 +25,9 @@ const PAST: &str = "travel-past-soft-limit";
 const INTO: &str = "travel-into-zone";
 
 const MEASURANDS: &[Measurand] = &[
-    Measurand::new(
-        SPAN,
-        Q::Angle,
-        "Angle between the ends of the motion envelope that were reached at creep.",
-    ),
-    Measurand::new(LOWER, Q::Angle, "Lower end of the motion envelope that was reached."),
-    Measurand::new(UPPER, Q::Angle, "Upper end of the motion envelope that was reached."),
+    Measurand::new(SPAN, Q::Angle, "Angle between the ends of the motion envelope, reached at creep speed."),
+    Measurand::new(LOWER, Q::Angle, "Lower end reached in the motion envelope."),
+    Measurand::new(UPPER, Q::Angle, "Upper end reached in the motion envelope."),
     Measurand::new(
         FAST_SPAN,
         Q::Angle,
@@ -40,12 +36,12 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         PAST,
         Q::Angle,
-        "Farthest that the axis came past a soft limit that it was ordered past; negative short of it.",
+        "Largest travel past a soft limit that the axis was ordered to pass; negative if it stopped short of it.",
     ),
     Measurand::new(
         INTO,
         Q::Angle,
-        "Farthest that the axis came into a restricted zone that it was ordered into; negative short of it.",
+        "Largest travel into a restricted zone that the axis was ordered to enter; negative if it stopped short of it.",
     ),
 ];
 
@@ -76,8 +72,8 @@ impl Experiment for Keys {
     }
 
     fn conclude(&self, cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {
-        let shipped = "Soft limits and zones of a point's own stand for those of the rig: interlocks and drive obey the \
-                       same numbers in the same way, whatever their values.";
+        let shipped = "Soft limits and zones of the point represent those of the rig: interlocks and drive \
+                       treat them in the same way, whatever their values.";
         let remarks = if self.has_limits() { vec![shipped.to_owned()] } else { Vec::new() };
         Conclusion {
             plots: pictures::pictures(cases, points, axes),

@@ -53,9 +53,9 @@ const ROOM: &str = "stop-room";
 const MEASURANDS: &[Measurand] = &[
     Measurand::new(ANGLE, Q::Angle, "Angle from the cause of a stop to standstill."),
     Measurand::new(TIME, Q::Time, "Time from the cause of a stop to standstill."),
-    Measurand::new(ANGLE_RATIO, Q::Ratio, "Angle of a stop over the computed one."),
-    Measurand::new(TIME_RATIO, Q::Ratio, "Time of a stop over the computed one."),
-    Measurand::new(ROOM, Q::Angle, "Least angle to the end of the travel during a stop."),
+    Measurand::new(ANGLE_RATIO, Q::Ratio, "Angle of a stop over the computed angle."),
+    Measurand::new(TIME_RATIO, Q::Ratio, "Time of a stop over the computed time."),
+    Measurand::new(ROOM, Q::Angle, "Smallest distance to the end of the travel during a stop."),
 ];
 
 pub(in crate::kinds) const KIND: Kind = Kind::new::<Keys>("stop", DOC, keys::FIELDS, MEASURANDS);

@@ -49,7 +49,7 @@ pub(super) fn conclude(keys: &Keys, cases: &[Case], points: &[PointResult], axes
 fn conclude_dwell(findings: &Findings<'_>, broken: &[Broken<'_>], conclusion: &mut Conclusion) {
     if !asks_for_dwell_law(findings.keys) {
         if !findings.keys.ramps.is_empty() {
-            let why = "dwell law not determined: it takes three dwells with repeats at 1 A/s or more";
+            let why = "dwell law not determined: three dwells with repeats at 1 A/s or more are needed";
             conclusion.remarks.push(why.to_owned());
         }
         return;
@@ -86,7 +86,10 @@ fn report_dwell_law(
     }
     m.flags.push(format!("per unit of ln(1 + t/{:.0} s), t counted to 3 z_ss", law.tau_s));
     if law.misfit_nm > 3.0 * law.repeatability_nm {
-        m.flags.push(format!("not a logarithm: the means miss the line by up to {:.2} N·m", law.misfit_nm));
+        m.flags.push(format!(
+            "not logarithmic: the means deviate from the line by up to {:.2} N·m",
+            law.misfit_nm
+        ));
     }
     m.evidence = at_rate.iter().map(|b| findings.evidence(b.span)).collect();
     conclusion.measurements.push(m);

@@ -98,7 +98,8 @@ impl<'a> Findings<'a> {
     pub(super) fn remark_on_map(&self, conclusion: &mut Conclusion) {
         match &self.map {
             Ok(map) => conclusion.remarks.push(format!(
-                "Load near the pose, from the slow stroke: cogging {:.2} N·m; the map misses the half sum by {:.3} N·m rms.",
+                "Load near the pose, from the slow stroke: cogging {:.2} N·m; the fitted load map deviates \
+                 from the half sum by {:.3} N·m rms.",
                 map.cogging_amplitude_nm(),
                 map.misfit_nm
             )),

@@ -76,7 +76,7 @@ pub(super) fn conclude_hold(findings: &Findings<'_>, conclusion: &mut Conclusion
     conclusion.remarks.push(match &curve {
         Some(curve) => curve.remark(findings.limits.travel_rad),
         None => {
-            "Holding over the travel was not computed: it takes five poses at which both ramps broke away."
+            "Holding over the travel was not computed: five poses at which both ramps broke away are needed."
                 .to_owned()
         }
     });
@@ -218,8 +218,8 @@ fn mean_margin(
     let mut m = findings.measurement("hold-margin", Q::Torque, margin_nm, spread, 3, HOLD_ESTIMATOR);
     let slid: Vec<&str> = phases.iter().filter_map(|p| p.slid).map(Direction::word).collect();
     m.flags.push(match slid.first() {
-        None => format!("stayed put when released; {} direction is the weaker", direction.word()),
-        Some(word) => format!("slid off in {word} direction at {} of 3 phases when released", slid.len()),
+        None => format!("held its position when released; the {} direction is the weaker", direction.word()),
+        Some(word) => format!("slid in the {word} direction when released, at {} of 3 phases", slid.len()),
     });
     m.flags.push(format!("cogging {} over the phases", Q::Torque.format(amplitude_nm)));
     m.evidence = phases.iter().flat_map(|p| p.evidence.iter().cloned()).collect();
@@ -317,11 +317,11 @@ impl Curve {
         );
         let degrees = |[a, b]: &[f64; 2]| format!("{:.1} … {:.1} deg", a.to_degrees(), b.to_degrees());
         if stretches.is_empty() {
-            format!("Holds itself unpowered over the whole travel {} ({basis}).", degrees(&travel_rad))
+            format!("Holds without power over the whole travel {} ({basis}).", degrees(&travel_rad))
         } else {
             let list = stretches.iter().map(degrees).collect::<Vec<_>>().join(", ");
             format!(
-                "Does not surely hold itself unpowered at {list} ({basis}; uncertainty counted against it)."
+                "Holding without power is not certain at {list} ({basis}; uncertainty counted against it)."
             )
         }
     }
@@ -398,10 +398,14 @@ mod tests {
     fn a_soft_spring_holds_everywhere_and_a_stiff_one_names_where_not() {
         let soft = Curve::over(&poses(20.0), None).expect("nine poses");
         assert!(
-            soft.remark(TRAVEL).starts_with("Holds itself unpowered over the whole travel -10.0 … 90.0 deg")
+            soft.remark(TRAVEL).starts_with("Holds without power over the whole travel -10.0 … 90.0 deg")
         );
         let stiff = Curve::over(&poses(54.0), None).expect("seven poses hold");
-        insta::assert_snapshot!(stiff.remark(TRAVEL), @"Does not surely hold itself unpowered at -10.0 … 9.0 deg, 87.0 … 90.0 deg (computed from 7 poses, model [1, cos θ, θ], static friction 43.0 N·m, cogging 0.0 N·m on top of the load; uncertainty counted against it).");
+        insta::assert_snapshot!(stiff.remark(TRAVEL), @"Holding without power is not certain at -10.0 … 9.0 \
+                                                        deg, 87.0 … 90.0 deg (computed from 7 poses, model \
+                                                        [1, cos θ, θ], static friction 43.0 N·m, cogging \
+                                                        0.0 N·m on top of the load; uncertainty counted \
+                                                        against it).");
     }
 
     #[test]

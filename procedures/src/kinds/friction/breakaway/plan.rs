@@ -342,7 +342,7 @@ fn refusals(keys: &Keys, axis: &str, limits: &AxisLimits) -> Vec<Diagnostic> {
         Some(constant) => found.extend(rates(keys, axis, limits, constant)),
         None => found.push(
             Diagnostic::new(format!(
-                "axis `{axis}` has no torque constant: a current rate is no torque ramp"
+                "axis `{axis}` has no torque constant: a current rate gives no torque ramp"
             ))
             .help("give the rig's axis its `torque-constant`"),
         ),
@@ -374,7 +374,7 @@ fn multisine(keys: &Keys, axis: &str, limits: &AxisLimits) -> Option<Diagnostic>
             Q::Ratio.format(LARGEST_LEVEL),
             torque(LARGEST_LEVEL),
         ))
-        .help("set `level` in [multisine] to 0.1 or less: larger loops are not presliding")
+        .help("set `level` in [multisine] to 0.1 or less: larger loops leave the presliding regime")
     })
 }
 
@@ -403,11 +403,12 @@ fn stroke(keys: &Keys, axis: &str, limits: &AxisLimits) -> Option<Diagnostic> {
     let needed = 2.0 * keys.displacement_rad + period;
     (length < needed).then(|| {
         Diagnostic::new(format!(
-            "the stroke of [map] on axis `{axis}` is {} long, at least {} is needed: twice `displacement` and a cogging period",
+            "the stroke of [map] on axis `{axis}` is {} long, but at least {} is needed: twice \
+             `displacement` plus a cogging period",
             Q::Angle.format(length),
             Q::Angle.format(needed)
         ))
-        .help("more `periods` in [map]")
+        .help("use more `periods` in [map]")
     })
 }
 
@@ -459,7 +460,7 @@ fn rates(keys: &Keys, axis: &str, limits: &AxisLimits, constant: f64) -> Vec<Dia
                 Q::Time.format(expected / constant / rate),
                 Q::CurrentRate.format(fastest),
             ))
-            .help("a faster ramp shows the inertia, not the contact")
+            .help("use a slower ramp: a faster one measures the inertia, not the contact")
         })
         .collect();
     if keys.holding_torque_nm.abs() >= expected {

@@ -171,7 +171,7 @@ fn exclusion(stroke: &Stroke) -> Option<Exclusion> {
     (stroke.excluded_count > 0).then(|| Exclusion {
         count: stroke.excluded_count,
         of: "blocks".to_owned(),
-        reason: "turn-round of the stroke: off its velocity by 10 %, or the contact not renewed yet"
+        reason: "reversal of the stroke: velocity off by more than 10 %, or contact not yet renewed"
             .to_owned(),
     })
 }

@@ -170,7 +170,9 @@ impl FrictionCurve {
             one.evidence.clone_from(&self.evidence);
             if fit.misfit_nm > 0.0 {
                 let misfit = Q::Torque.format(fit.misfit_nm);
-                one.flags.push(format!("points are {misfit} (rms) off the curve beyond their uncertainty"));
+                one.flags.push(format!(
+                    "points deviate from the curve by {misfit} (rms) beyond their uncertainty"
+                ));
             }
             all.push(one);
         }
@@ -224,7 +226,8 @@ fn add_gravity(axis: &str, limits: &AxisLimits, sliding: &[&SlidingPoint], concl
     let [stiffness, _] = best.fit.stiffness_nm_per_rad();
     let [torque, u] = best.fit.spring_nm(0.0);
     conclusion.remarks.push(format!(
-        "Spring torque at 0 deg is {} (u {}), stiffness {}: its rest angle rests on the constant of the fit alone, so a torque offset of the drive would count as spring.",
+        "Spring torque at 0 deg is {} (u {}), stiffness {}: its rest angle comes from the constant of the \
+         fit alone, so a torque offset of the drive would count as spring.",
         Q::Torque.format(torque),
         Q::Torque.format(u),
         Q::Stiffness.format(stiffness)

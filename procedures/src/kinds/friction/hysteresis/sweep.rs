@@ -52,21 +52,35 @@ const SWEEP: &[Field] = &[
     Field::optional("from", Shape::Quantity(Q::AngularVelocity), "Slowest of log-spaced velocities."),
     Field::optional("to", Shape::Quantity(Q::AngularVelocity), "Fastest of log-spaced velocities."),
     Field::optional("count", Shape::Integer, "How many log-spaced velocities from `from` to `to`."),
-    Field::optional("span", Shape::Range(Q::Angle), "Limits between which every velocity runs."),
+    Field::optional("span", Shape::Range(Q::Angle), "Angular range in which every velocity is run."),
     Field::optional("periods", Shape::Integer, "Whole cogging periods on each plateau, instead of `span`."),
-    Field::default("centre", Shape::Quantity(Q::Angle), "0 deg", "Middle of the strokes, with `periods`."),
+    Field::default(
+        "centre",
+        Shape::Quantity(Q::Angle),
+        "0 deg",
+        "Middle of the strokes, used with `periods`.",
+    ),
     Field::optional(
         "opposite-span",
         Shape::Range(Q::Angle),
-        "The same span half a turn further on, for unbalance from two opposite poses.",
+        "The same span shifted by half a turn, to measure unbalance at two opposite poses.",
     ),
-    Field::default("cycles", Shape::Integer, "2", "Strokes there and back at each velocity."),
-    Field::optional("acceleration", Shape::Quantity(Q::AngularAcceleration), "Less than the axis allows."),
-    Field::optional("jerk", Shape::Quantity(Q::AngularJerk), "Less than the axis allows."),
+    Field::default("cycles", Shape::Integer, "2", "Strokes out and back at each velocity."),
+    Field::optional(
+        "acceleration",
+        Shape::Quantity(Q::AngularAcceleration),
+        "Limit for the strokes; \
+                                                                              default: that of the axis.",
+    ),
+    Field::optional(
+        "jerk",
+        Shape::Quantity(Q::AngularJerk),
+        "Limit for the strokes; default: that of the axis.",
+    ),
     Field::optional(
         "other-axis-pose",
         Shape::Quantity(Q::Angle),
-        "Where the other axes rest; 0 inside travel.",
+        "Pose of the other axes; default: 0 inside their travel.",
     ),
 ];
 
@@ -74,7 +88,7 @@ const SWEEP: &[Field] = &[
 pub(super) const FIELDS: &[Field] = &[Field::optional(
     "sweep",
     Shape::Table(SWEEP),
-    "Velocities and strokes; left out in procedures that judge imported records only.",
+    "Velocities and strokes; leave it out in procedures that only judge imported records.",
 )];
 
 /// Most points of a sweep.
@@ -147,15 +161,15 @@ fn velocities(table: &mut TableReader<'_>) -> Option<Vec<f64>> {
         }
     };
     if all.iter().any(|v| *v <= 0.0) {
-        let help = "both directions of every velocity are run, so give it as a positive number";
-        table.mistake("velocity", "a velocity that is not above 0", Some(help.to_owned()));
+        let help = "give a positive velocity; every velocity is run in both directions";
+        table.mistake("velocity", "expected velocities above 0", Some(help.to_owned()));
         return None;
     }
     all.sort_by(f64::total_cmp);
     let count = all.len();
     all.dedup_by(|a, b| Q::AngularVelocity.format(*a) == Q::AngularVelocity.format(*b));
     if all.len() < count {
-        table.mistake("velocity", "a velocity stands twice", None);
+        table.mistake("velocity", "a velocity is given twice", None);
         return None;
     }
     Some(all)
@@ -198,7 +212,11 @@ fn reach(table: &mut TableReader<'_>) -> Option<Reach> {
     match (table.has("span"), table.has("periods")) {
         (true, false) => {
             if table.has("centre") {
-                table.mistake("centre", "`centre` with `span`", Some("`centre` belongs to `periods`".into()));
+                table.mistake(
+                    "centre",
+                    "`centre` is given together with `span`",
+                    Some("use `centre` only with `periods`".into()),
+                );
             }
             table.range("span").map(Reach::Span)
         }
@@ -210,7 +228,7 @@ fn reach(table: &mut TableReader<'_>) -> Option<Reach> {
         (both, _) => {
             let message = if both { "both `span` and `periods`" } else { "neither `span` nor `periods`" };
             let help =
-                "give `span = \"-60 deg .. 60 deg\"`, or `periods = 2` for as much as each velocity needs";
+                "give `span = \"-60 deg .. 60 deg\"`, or `periods = 2` for the span that each velocity needs";
             table.mistake(if both { "periods" } else { "span" }, message, Some(help.to_owned()));
             None
         }
@@ -229,9 +247,12 @@ fn opposite(table: &mut TableReader<'_>, reach: Option<Reach>) -> Option<Option<
     };
     let turned = |k: usize| ((opposite[k] - span[k]).abs() - std::f64::consts::PI).abs() < 1e-6;
     if !(turned(0) && turned(1)) {
-        let help =
-            "both limits 180 deg from those of `span`, so that A_u·cos θ changes its sign and nothing else";
-        table.mistake("opposite-span", "not half a turn from `span`", Some(help.to_owned()));
+        let help = "shift both limits of `span` by 180 deg, so that only A_u·cos θ changes its sign";
+        table.mistake(
+            "opposite-span",
+            "`opposite-span` is not half a turn from `span`",
+            Some(help.to_owned()),
+        );
         return None;
     }
     Some(Some(opposite))
@@ -378,13 +399,14 @@ fn too_short(span_rad: [f64; 2], profile: &ProfileLimits, limits: &AxisLimits) -
     }
     let least_rad = 2.0 * ramp_rad(profile) + left_out_rad + period_rad;
     let message = format!(
-        "span {} .. {} is too short for velocity {}: with ramps and settling one cogging period ({}) does not fit on its plateau",
+        "span {} .. {} is too short for velocity {}: with ramps and settling its plateau is shorter than \
+         one cogging period ({})",
         Q::Angle.format(span_rad[0]),
         Q::Angle.format(span_rad[1]),
         Q::AngularVelocity.format(velocity),
         Q::Angle.format(period_rad)
     );
-    let help = format!("a span of {} is needed, or slower velocities", Q::Angle.format(least_rad));
+    let help = format!("use a span of at least {}, or slower velocities", Q::Angle.format(least_rad));
     Some(Diagnostic::new(message).help(help))
 }
 
@@ -412,7 +434,7 @@ fn refuse(sweep: &Sweep, limits: &AxisLimits) -> Vec<Diagnostic> {
             Q::Torque.format(quantum),
             Q::Torque.format(finest)
         );
-        found.push(Diagnostic::new(message).help("scale the drive's rated torque (6076h) down"));
+        found.push(Diagnostic::new(message).help("reduce the drive's rated torque (6076h)"));
     }
     found
 }
@@ -439,7 +461,8 @@ fn excess(name: &str, kind: Q, asked: f64, most: f64) -> Option<Diagnostic> {
     (asked > most * (1.0 + 1e-9)).then(|| {
         let asked = kind.format(asked);
         let most = kind.format(most);
-        Diagnostic::new(format!("{name} {asked} is above the axis' {most}")).help(format!("at most {most}"))
+        Diagnostic::new(format!("{name} {asked} is above the axis' {most}"))
+            .help(format!("use at most {most}"))
     })
 }
 

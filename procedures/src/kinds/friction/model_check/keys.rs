@@ -11,16 +11,16 @@ pub(super) const FIELDS: &[Field] = &[
         "velocity",
         Shape::Quantity(Q::AngularVelocity),
         "15 deg/s",
-        "Velocity of the strokes, one that the model was not fitted to.",
+        "Velocity of the strokes; choose one to which the model was not fitted.",
     ),
     Field::required("span", Shape::Range(Q::Angle), "Limits between which the axis runs."),
-    Field::default("cycles", Shape::Integer, "2", "Strokes there and back."),
+    Field::default("cycles", Shape::Integer, "2", "Strokes out and back."),
     Field::optional(
         "acceleration",
         Shape::Quantity(Q::AngularAcceleration),
-        "At the turns; the axis' own without one.",
+        "Acceleration at the reversals; default: that of the axis.",
     ),
-    Field::required("model", Shape::Table(MODEL), "The model that is held against the run."),
+    Field::required("model", Shape::Table(MODEL), "Friction model with which the run is compared."),
 ];
 
 /// Keys of the table `[model]`.

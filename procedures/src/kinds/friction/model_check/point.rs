@@ -145,7 +145,7 @@ fn picture(case: &Case, branches: &Branches, ways: &[Way]) -> Plot {
     let series = |way: &Way| Series::thinned(way.label, Style::Line, [&angle, &way.error_nm], MAX_POINTS);
     let plot = Plot::new(
         format!("model-error-{}", case.axis),
-        format!("What the model misses: {}", case.point),
+        format!("Torque not explained by the model: {}", case.point),
         Scale::linear("angle", Q::Angle.display_unit()),
         Scale::linear("motor torque less inertia less model", Q::Torque.display_unit()),
     );

@@ -138,14 +138,15 @@ impl Compared {
         whole.plots.push(self.picture(axis));
         if (ratio - 1.0).abs() > keys.allowed_ratio {
             let words = format!(
-                "an ampere of {axis} is {}, the rig file says {}: plan, loops and interlocks of the run were off by {}",
+                "the measured torque constant of {axis} is {}, but the rig file has {}: plan, loops and \
+                 interlocks of the run were off by {}",
                 Q::TorqueConstant.format(constant * ratio),
                 Q::TorqueConstant.format(constant),
                 Q::Ratio.format(ratio - 1.0),
             );
-            whole
-                .remarks
-                .push(format!("SUSPICIOUS: {words}. Torques follow the gauge, and none passes a limit."));
+            whole.remarks.push(format!(
+                "SUSPICIOUS: {words}. Torques are based on the gauge, and none can pass a limit."
+            ));
             let told =
                 whole.measurements.iter_mut().filter(|m| [CONSTANT, ERROR].contains(&m.measurand.as_str()));
             told.for_each(|m| m.doubt = Some(words.clone()));
@@ -154,7 +155,7 @@ impl Compared {
 
     fn ampere(&self, keys: &Keys) -> String {
         let words = if keys.ampere == "peak" { "peak" } else { "root mean square" };
-        format!("ampere as the drive shows it: {words} of the phase current")
+        format!("current as the drive reports it: {words} of the phase current")
     }
 
     fn condition(&self, keys: &Keys) -> Condition {

@@ -9,17 +9,17 @@ pub(super) const FIELDS: &[Field] = &[
         "velocity",
         Shape::Quantity(Q::AngularVelocity),
         "2 deg/s",
-        "Velocity, pulled and driven.",
+        "Velocity of the axis, both pulled and driven.",
     ),
     Field::default("pose", Shape::Quantity(Q::Angle), "0 deg", "Middle of the strokes."),
-    Field::default("way", Shape::Quantity(Q::Angle), "14 deg", "How far the axis is pulled."),
+    Field::default("way", Shape::Quantity(Q::Angle), "14 deg", "Angle through which the axis is pulled."),
     Field::default(
         "other-pose",
         Shape::Quantity(Q::Angle),
         "40 deg",
-        "Where the other axis rests, held by its friction alone.",
+        "Pose of the other axis, which its friction alone must hold.",
     ),
-    Field::required("pull", Shape::Quantity(Q::Torque), "Torque that nobody pulls harder than."),
+    Field::required("pull", Shape::Quantity(Q::Torque), "Largest torque of the pull."),
     Field::required("arm", Shape::Quantity(Q::Length), "Lever arm of the force gauge."),
     Field::required("arm-uncertainty", Shape::Quantity(Q::Length), "Standard uncertainty of the arm."),
     Field::required(
@@ -30,7 +30,7 @@ pub(super) const FIELDS: &[Field] = &[
     Field::required(
         "ampere",
         Shape::Choice(&["rms", "peak"]),
-        "What an ampere of the drive's display is: of the phase current, root mean square or peak.",
+        "Whether the drive reports the phase current as root mean square or as peak.",
     ),
     Field::default(
         "allowed",

@@ -42,7 +42,7 @@ pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Ve
     let limits = limits_of(axis, axes)?;
     let least = (LEAST_PERIODS + 1.0) * TAU / limits.cogging_orders_per_rev;
     if keys.way_rad < least {
-        let message = format!("`way` {} holds too few cogging periods", Q::Angle.format(keys.way_rad));
+        let message = format!("`way` {} contains too few cogging periods", Q::Angle.format(keys.way_rad));
         return Err(vec![Diagnostic::new(message).help(format!("at least {}", Q::Angle.format(least)))]);
     }
     let half = keys.way_rad / 2.0 + OUTSIDE_RAD;

@@ -26,7 +26,7 @@ pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult 
             let turn = |step_rad: f64| (TAU / step_rad).log2();
             let bits = Estimate { value: turn(step.value), u: step.u / step.value / 2.0_f64.ln(), ..*step };
             let estimate = if kind == Q::Count { bits } else { *step };
-            let flags = vec![format!("{} steps seen, {:.4} urad the least", step.n, 1e6 * step.value)];
+            let flags = vec![format!("{} steps seen, smallest {:.4} urad", step.n, 1e6 * step.value)];
             let from = vec![evidence.clone()];
             Measurement {
                 flags,

@@ -15,17 +15,22 @@ pub(super) const FIELDS: &[Field] = &[
     Field::required(
         "duration",
         Shape::Quantity(Q::Time),
-        "How long the director stands still, at least 20 s.",
+        "Time for which the director stands still, at least 20 s.",
     ),
-    Field::default("azimuth", Shape::Quantity(Q::Angle), "0 deg", "Azimuth at which it stands."),
-    Field::default("elevation", Shape::Quantity(Q::Angle), "40 deg", "Elevation at which it stands."),
+    Field::default("azimuth", Shape::Quantity(Q::Angle), "0 deg", "Azimuth of the director."),
+    Field::default("elevation", Shape::Quantity(Q::Angle), "40 deg", "Elevation of the director."),
     Field::optional(
         "latitude",
         Shape::Quantity(Q::Angle),
-        "Of the site: the mean rate less the Earth's is the bias.",
+        "Latitude of the site; the bias is the mean rate less that of the Earth.",
     ),
-    Field::default("heading", Shape::Quantity(Q::Angle), "0 deg", "Of azimuth zero, clockwise from north."),
-    Field::default("creep", Shape::Texts, "az, el", "Axes whose encoder's least count is looked for."),
+    Field::default(
+        "heading",
+        Shape::Quantity(Q::Angle),
+        "0 deg",
+        "Heading of azimuth zero, clockwise from north.",
+    ),
+    Field::default("creep", Shape::Texts, "az, el", "Axes whose encoder resolution is measured."),
 ];
 
 /// Shorter records hold no six averaging times.

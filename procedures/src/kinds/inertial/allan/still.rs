@@ -149,7 +149,9 @@ fn flags(samples: &Samples, index: usize, rate: &[f64], fit: &NoiseFit) -> Vec<S
     if (last - first).abs() > WARMING_K {
         flags.push(format!("temperature went from {first:.1} to {last:.1} degC"));
     }
-    flags.extend(fit.goodness.flag().map(|flag| format!("the five noises do not describe it: {flag}")));
+    flags.extend(
+        fit.goodness.flag().map(|flag| format!("the five noise processes do not describe it: {flag}")),
+    );
     flags
 }
 
@@ -241,7 +243,7 @@ fn picture(gyro: &str, found: &Found) -> Plot {
     let model: Vec<f64> = at.iter().map(|&tau| deg_per_h(found.fit.deviation(tau))).collect();
     let mut series = vec![
         band,
-        Series::new("five noises", Style::Fit, at, model),
+        Series::new("five noise processes", Style::Fit, at, model),
         Series::new("overlapping Allan deviation", Style::Markers, tau, deviation),
     ];
     let walk = found.fit.random_walk();

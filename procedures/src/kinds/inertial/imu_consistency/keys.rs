@@ -13,33 +13,38 @@ pub(super) const FIELDS: &[Field] = &[
     Field::required(
         "elevation",
         Shape::Quantities(Q::Angle),
-        "Elevations at which azimuth spins, a point each.",
+        "Elevations at which azimuth moves, one point each.",
     ),
     Field::required("velocity", Shape::Quantity(Q::AngularVelocity), "Velocity of the strokes."),
-    Field::default("acceleration", Shape::Quantity(Q::AngularAcceleration), "20 deg/s^2", "At the turns."),
-    Field::required("span", Shape::Range(Q::Angle), "Where azimuth turns back."),
+    Field::default(
+        "acceleration",
+        Shape::Quantity(Q::AngularAcceleration),
+        "20 deg/s^2",
+        "Acceleration at the reversals.",
+    ),
+    Field::required("span", Shape::Range(Q::Angle), "Angles at which azimuth reverses."),
     Field::optional(
         "elevation-span",
         Shape::Range(Q::Angle),
-        "Where elevation does; no elevation spin without it.",
+        "Angles at which elevation reverses; without it elevation is not moved.",
     ),
-    Field::default("cycles", Shape::Integer, "2", "Full cycles of each spin."),
+    Field::default("cycles", Shape::Integer, "2", "Full cycles at each elevation."),
     Field::optional(
         "encoder-pitches",
         Shape::Quantity(Q::SpatialOrder),
-        "Pitches of the encoders' scales: the errors within them are looked for; not without it.",
+        "Pitches per revolution of the encoders' scales, to measure errors within a pitch; without it they are not measured.",
     ),
     Field::default(
         "slow-velocity",
         Shape::Quantity(Q::AngularVelocity),
         "0.1 deg/s",
-        "Velocity at which pitches are passed.",
+        "Velocity of the slow stroke over the pitches.",
     ),
     Field::default(
         "slow-span",
         Shape::Quantity(Q::Angle),
         "1 deg",
-        "Length of that stroke, there and back once.",
+        "Length of the slow stroke, once out and back.",
     ),
 ];
 

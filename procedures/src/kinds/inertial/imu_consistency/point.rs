@@ -108,7 +108,9 @@ pub(super) fn along(samples: &Samples) -> [Vec<f64>; 3] {
 fn flags(name: &str, value: f64, spin: &Spin) -> Vec<String> {
     match name {
         SCALE => vec![format!("{:.1} ppm", 1e6 * value)],
-        DELAY => vec![format!("{:.1} us; both as logged, transport of each included", 1e6 * value)],
+        DELAY => {
+            vec![format!("{:.1} us; both as logged, including the transport delay of each", 1e6 * value)]
+        }
         _ if value > WRONG_RAD => vec!["mapping wrong".to_owned(), seen(&spin.found.along, &spin.expected)],
         _ => vec![seen(&spin.found.along, &spin.expected)],
     }
@@ -122,7 +124,11 @@ fn seen(found: &[f64], expected: &[f64]) -> String {
 /// What the report says of a mapping that is wrong.
 fn remark(case: &Case, spin: &Spin) -> String {
     let own: f64 = spin.found.along.iter().zip(&spin.expected).map(|(f, e)| f * e).sum();
-    let what = if own < 0.0 { "the gyros turn against the encoder" } else { "the gyros show another axis" };
+    let what = if own < 0.0 {
+        "the gyros turn against the encoder"
+    } else {
+        "the gyros show rotation about another axis"
+    };
     format!("{}: {what}; {}.", case.point, seen(&spin.found.along, &spin.expected))
 }
 

@@ -14,7 +14,7 @@ const MODES_HZ: [f64; 2] = [322.0, 350.0];
 
 /// The kind's own keys.
 pub(super) const FIELDS: &[Field] = &[
-    Field::default("mirror-axis", Shape::Texts, "az, el", "Axes of the mirror that are swept."),
+    Field::default("mirror-axis", Shape::Texts, "az, el", "Axes of the mirror to measure."),
     Field::default("level", Shape::Quantity(Q::Voltage), "1 V", "Level of the sine, peak to peak."),
     Field::default("range", Shape::Range(Q::Frequency), "20 Hz .. 2 kHz", "First and last frequency."),
     Field::default("points", Shape::Integer, "401", "Points, spaced logarithmically."),
@@ -22,15 +22,20 @@ pub(super) const FIELDS: &[Field] = &[
         "at-most",
         Shape::Quantity(Q::Time),
         "120 s",
-        "Longest time of a sweep; it ends when the analyser is done.",
+        "Time limit of a sweep; it ends earlier when the analyser is done.",
     ),
     Field::optional(
         "expected-mode",
         Shape::Map(&Shape::Quantity(Q::Frequency)),
         "Expected mode by axis, e.g. `{ az = \"322 Hz\", el = \"350 Hz\" }`, which is the default.",
     ),
-    Field::default("azimuth", Shape::Quantity(Q::Angle), "0 deg", "Where the azimuth axis holds meanwhile."),
-    Field::default("elevation", Shape::Quantity(Q::Angle), "40 deg", "Where the elevation axis holds."),
+    Field::default(
+        "azimuth",
+        Shape::Quantity(Q::Angle),
+        "0 deg",
+        "Azimuth at which the gimbal holds meanwhile.",
+    ),
+    Field::default("elevation", Shape::Quantity(Q::Angle), "40 deg", "Elevation at which the gimbal holds."),
 ];
 
 /// A mirror impedance procedure, SI units.
@@ -100,7 +105,7 @@ fn mirror_axes(table: &mut TableReader<'_>, modes: &[(String, f64)]) -> Option<V
             continue;
         };
         if all.iter().any(|(other, _)| other == name) {
-            table.mistake_at(span.clone(), format!("`{name}` stands twice"), None);
+            table.mistake_at(span.clone(), format!("`{name}` is given twice"), None);
         }
         let expected_hz = modes.iter().find(|(of, _)| of == name).map_or(default_hz, |(_, hz)| *hz);
         all.push(((*name).to_owned(), expected_hz));

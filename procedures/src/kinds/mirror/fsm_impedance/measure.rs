@@ -62,7 +62,7 @@ impl Level {
     pub(super) fn flags(&self) -> Vec<String> {
         let [low, high] = self.terminals_v.map(|v| Q::Voltage.format(v));
         let mut all = vec![format!(
-            "level of the source; behind its {SOURCE_OHM} ohm the terminals have {low} .. {high}"
+            "level of the source; behind its {SOURCE_OHM} ohm the level at the terminals is {low} .. {high}"
         )];
         if self.inconsistent_ratio > CONSISTENT_RATIO {
             all.push(format!(

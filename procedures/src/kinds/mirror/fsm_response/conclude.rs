@@ -27,7 +27,7 @@ const INNER_SHARE: f64 = 2.0 / 3.0;
 const FOLLOWED_SHARE: f64 = 0.98;
 /// What is said of a stroke that ends where the commands do.
 const AT_LEAST: &str =
-    "at least: the mirror followed its farthest command, where its stroke ends was not seen";
+    "at least: the mirror followed its largest command, so the end of its stroke was not reached";
 pub(super) const GAUGE_SCALE: &str = "gauge-scale-departure";
 
 /// A point with its plan.
@@ -84,7 +84,8 @@ fn remark_on_resonance(axis: usize, measurements: &[Measurement]) -> Option<Stri
     let low_hz = found_hz.iter().copied().reduce(f64::min)?;
     let high_hz = found_hz.iter().copied().reduce(f64::max)?;
     Some(format!(
-        "{name}: a resonance of what the mirror stands on at {low_hz:.1} … {high_hz:.1} Hz in {} responses; its lines are left out",
+        "{name}: a resonance of the mirror's support at {low_hz:.1} … {high_hz:.1} Hz in {} responses; its \
+         lines are left out",
         found_hz.len()
     ))
 }

@@ -11,13 +11,13 @@ const CHANNELS: [&str; 2] = ["analog", "serial"];
 
 /// The kind's own keys.
 pub(super) const FIELDS: &[Field] = &[
-    Field::default("mirror-axis", Shape::Texts, "az, el", "Axes of the mirror that are swept."),
-    Field::default("channel", Shape::Texts, "analog, serial", "Command channels that are swept."),
+    Field::default("mirror-axis", Shape::Texts, "az, el", "Axes of the mirror to measure."),
+    Field::default("channel", Shape::Texts, "analog, serial", "Command channels to measure."),
     Field::default(
         "level",
         Shape::Quantities(Q::Voltage),
         "1 V, 2 V",
-        "Levels of the command, peak to peak; `scale` makes them angles.",
+        "Levels of the command, peak to peak; `scale` converts them to angles.",
     ),
     Field::default(
         "scale",
@@ -29,18 +29,24 @@ pub(super) const FIELDS: &[Field] = &[
         "place",
         Shape::Choice(&["table", "assembly"]),
         "table",
-        "Where the mirror stands: on the optical table, or in the assembly; reported.",
+        "Support of the mirror: on the optical table, or in the assembly; reported only.",
     ),
-    Field::default("azimuth", Shape::Quantity(Q::Angle), "0 deg", "Where the azimuth axis holds meanwhile."),
-    Field::default("elevation", Shape::Quantity(Q::Angle), "40 deg", "Where the elevation axis holds."),
+    Field::default(
+        "azimuth",
+        Shape::Quantity(Q::Angle),
+        "0 deg",
+        "Azimuth at which the gimbal holds meanwhile.",
+    ),
+    Field::default("elevation", Shape::Quantity(Q::Angle), "40 deg", "Elevation at which the gimbal holds."),
     Field::default("multisine", Shape::Table(MULTISINE), "", "The excitation of the response."),
-    Field::default("channels", Shape::Table(DELAYS), "", "What is known of the channels."),
+    Field::default("channels", Shape::Table(DELAYS), "", "Known data of the channels."),
     Field::optional("stroke", Shape::Table(STROKE), "Positions up to the end of the stroke."),
     Field::optional("harmonics", Shape::Table(HARMONICS), "Single sines for the sum of harmonics."),
     Field::optional(
         "gauge-u",
         Shape::Quantity(Q::Ratio),
-        "Relative standard uncertainty of the strain gauges' scale, from a certificate: used where no autocollimator is there.",
+        "Relative standard uncertainty of the strain gauges' scale, from a certificate; used where there is \
+         no autocollimator.",
     ),
     Field::default(
         "reference-u",
@@ -57,16 +63,16 @@ const MULTISINE: &[Field] = &[
         "reaction",
         Shape::Range(Q::Frequency),
         "60 Hz .. 250 Hz",
-        "Where a resonance of the support is looked for: every multiple of 1/period is excited.",
+        "Band in which a resonance of the support is sought; every multiple of 1/period is excited there.",
     ),
-    Field::default("period", Shape::Quantity(Q::Time), "0.5 s", "After this time the excitation repeats."),
-    Field::default("periods", Shape::Integer, "12", "Periods, those that are dropped included."),
+    Field::default("period", Shape::Quantity(Q::Time), "0.5 s", "Period of the excitation."),
+    Field::default("periods", Shape::Integer, "12", "Periods, including those that are dropped."),
     Field::default("dropped", Shape::Integer, "2", "Periods at the start in which the response settles."),
     Field::default(
         "least-snr",
         Shape::Quantity(Q::Decibel),
         "20 dB",
-        "Lines whose mean stands out of its own scatter by less are left out.",
+        "Least ratio of the mean of a line to its scatter; other lines are left out.",
     ),
 ];
 
@@ -76,26 +82,26 @@ const DELAYS: &[Field] = &[
         "known-serial",
         Shape::Quantity(Q::Time),
         "150 us",
-        "Delay inside the unit, serial order.",
+        "Delay inside the unit, serial command.",
     ),
     Field::default(
         "serial-bit-rate",
         Shape::Quantity(Q::Frequency),
         "937.5 kHz",
-        "Bits per second on the serial line: an order takes 9 or 10 characters of 10 bits to arrive.",
+        "Bits per second on the serial line: a command takes 9 or 10 characters of 10 bits.",
     ),
     Field::default("delay-u", Shape::Quantity(Q::Time), "10 us", "Standard uncertainty of a known delay."),
     Field::default(
         "compared-to",
         Shape::Quantity(Q::Frequency),
         "100 Hz",
-        "Channels are compared up to here.",
+        "Highest frequency at which the channels are compared.",
     ),
 ];
 
 const STROKE: &[Field] = &[
     Field::default("reach", Shape::Quantity(Q::Angle), "1.05 mrad", "Largest position that is commanded."),
-    Field::default("positions", Shape::Integer, "4", "Positions on each side, equally spaced."),
+    Field::default("positions", Shape::Integer, "4", "Number of positions on each side, equally spaced."),
     Field::default(
         "ramp",
         Shape::Quantity(Q::Time),
@@ -112,12 +118,17 @@ const HARMONICS: &[Field] = &[
         "20 Hz, 50 Hz, 100 Hz",
         "Sines, each a whole number of rows long.",
     ),
-    Field::default("duration", Shape::Quantity(Q::Time), "1 s", "Time of each; the last half counts."),
+    Field::default(
+        "duration",
+        Shape::Quantity(Q::Time),
+        "1 s",
+        "Duration of each sine; the last half counts.",
+    ),
     Field::default(
         "criterion",
         Shape::Limit(Q::Ratio),
         "<= 5 %",
-        "Criterion of the sum of the harmonics 2 to 5, reported.",
+        "Criterion for the sum of harmonics 2 to 5; reported only.",
     ),
 ];
 
@@ -256,7 +267,7 @@ fn words(table: &mut TableReader<'_>, key: &'static str, known: &[&str]) -> Opti
     for (word, span) in &given {
         match known.iter().position(|k| k == word) {
             Some(index) if !all.contains(&index) => all.push(index),
-            Some(_) => table.mistake_at(span.clone(), format!("`{word}` stands twice"), None),
+            Some(_) => table.mistake_at(span.clone(), format!("`{word}` is given twice"), None),
             None => {
                 let near = nearest(word, known.iter().copied());
                 let help = near.map_or_else(
@@ -292,7 +303,8 @@ impl MultisineKeys {
                 && high_hz * period_s <= MOST_ORDER)
         {
             let message = format!(
-                "more than {MOST_LINES} lines, or one beyond {MOST_ORDER} periods in `period`: `reaction` holds every multiple of 1/`period`"
+                "more than {MOST_LINES} lines, or one beyond {MOST_ORDER} periods in `period`: `reaction` \
+                 excites every multiple of 1/`period`"
             );
             let help = "choose a shorter `period`, a narrower `reaction` or fewer `lines`".to_owned();
             table.mistake("period", message, Some(help));
@@ -311,7 +323,7 @@ impl MultisineKeys {
         if let (Some(periods), Some(dropped)) = (periods, dropped)
             && periods < dropped + 5
         {
-            table.mistake("periods", "at least five periods must be left after those that are dropped", None);
+            table.mistake("periods", "at least five periods must remain after the dropped ones", None);
         }
         Some(Self {
             range_hz: range_hz?,

@@ -130,7 +130,7 @@ impl<'a> Sensor<'a> {
             let flags = vec!["by the autocollimator"];
             return Self { lines, scale_u_ratio: keys.reference_u_ratio, flags };
         }
-        let unknown = keys.gauge_u_ratio.is_none().then_some("scale of the gauge not in u");
+        let unknown = keys.gauge_u_ratio.is_none().then_some("u excludes the scale of the gauge");
         Self {
             lines: &response.gauge,
             scale_u_ratio: keys.gauge_u_ratio.unwrap_or(0.0),

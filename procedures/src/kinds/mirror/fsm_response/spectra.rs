@@ -53,7 +53,7 @@ pub(super) enum LineQuality {
 impl LineQuality {
     /// All reasons for which a line does not count, in the order of the report.
     const LEFT_OUT: [(Self, &'static str); 3] = [
-        (Self::Noise, "signal below the least ratio to its scatter"),
+        (Self::Noise, "signal too small compared with its scatter"),
         (Self::Fast, "above 0.4 of the row rate"),
         (Self::Reaction, "next to the resonance of the support"),
     ];

@@ -208,7 +208,7 @@ fn bandwidth_is_that_of_the_mirror_and_not_of_a_gauge_whose_scale_is_wrong() {
             (value(m) + gain_db(&wrong, 100.0)).abs() < 0.05,
             "the gauge shows the response of its own: {m:?}"
         );
-        for flag in ["by the strain gauge", "scale of the gauge not in u"] {
+        for flag in ["by the strain gauge", "u excludes the scale of the gauge"] {
             assert!(m.flags.contains(&flag.to_owned()), "{:?}", m.flags);
         }
     }

@@ -246,8 +246,9 @@ fn contradiction((frequency_hz, ratio): &Ratio, found: &Found, axis: usize) -> O
     let alone = found.read(&rejection::rejected(&found.responses.read, *frequency_hz).ok()?);
     ((db - alone.db).abs() > AGREE * u.u.hypot(alone.u.u)).then(|| {
         format!(
-            "{} at {frequency_hz:.1} Hz: readings are {db:.1} dB with the loop against without, {:.1} dB by the closed loop \
-             alone: did the air change between the records?",
+            "{} at {frequency_hz:.1} Hz: readings with the loop closed are {db:.1} dB relative to those \
+             with it open, but {:.1} dB by the closed loop alone; check whether the air changed between the \
+             records",
             MIRROR_AXES[axis], alone.db
         )
     })
@@ -279,7 +280,7 @@ fn spectra(open: Option<&PointResult>, found: Option<&Found>, axis: usize) -> Op
     };
     let with = found.map(|f| {
         [
-            series("what moved the image, loop closed", Style::Fit, &f.responses.input),
+            series("image motion before the mirror, loop closed", Style::Fit, &f.responses.input),
             series("with the fine loop", Style::Line, &f.responses.error),
         ]
     });
@@ -311,7 +312,7 @@ fn rejection(found: &Found, ratios: &[Ratio], axis: usize) -> Plot {
         series.push(Series::new("readings, with and without, 2 u", Style::Markers, x, y).with_u(u));
     }
     let x = Scale::logarithmic("frequency", "Hz");
-    let y = Scale::linear("left of the tip-tilt", "dB");
+    let y = Scale::linear("residual tip-tilt", "dB");
     Plot {
         series,
         limits: vec![LimitLine { label: "0 dB".to_owned(), y: 0.0, x: None }],

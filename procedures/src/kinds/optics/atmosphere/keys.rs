@@ -12,8 +12,18 @@ use crate::table::{Field, Shape, TableReader};
 
 /// The kind's own keys.
 pub(super) const FIELDS: &[Field] = &[
-    Field::default("closed", Shape::Quantity(Q::Time), "60 s", "Time with the fine loop closed."),
-    Field::default("open", Shape::Quantity(Q::Time), "60 s", "Time with the fine loop open."),
+    Field::default(
+        "closed",
+        Shape::Quantity(Q::Time),
+        "60 s",
+        "Duration of the record with the fine loop closed.",
+    ),
+    Field::default(
+        "open",
+        Shape::Quantity(Q::Time),
+        "60 s",
+        "Duration of the record with the fine loop open.",
+    ),
     Field::default(
         "segment",
         Shape::Quantity(Q::Time),
@@ -24,20 +34,20 @@ pub(super) const FIELDS: &[Field] = &[
         "frequency",
         Shape::Quantities(Q::Frequency),
         "1 Hz, 1.5 Hz, 2 Hz, 3 Hz, 5 Hz, 8 Hz, 15 Hz",
-        "Where the rejection is stated.",
+        "Frequencies at which the rejection is stated.",
     ),
     Field::default("frame-rate", Shape::Quantity(Q::Frequency), "200 Hz", "Frame rate of the fine camera."),
     Field::default(
         "amplitude",
         Shape::Quantity(Q::Angle),
         "300 urad",
-        "Amplitude of the mirror's sine that shows what the tracker makes of a mirror angle.",
+        "Amplitude of the mirror's sine that measures the tracker's reading per mirror angle.",
     ),
     Field::default(
         "timing-u",
         Shape::Quantity(Q::Time),
         "0.1 ms",
-        "Standard uncertainty of the time between the mirror's angle and an exposure in the log, rows not counted.",
+        "Standard uncertainty of the time between mirror angle and exposure in the log, apart from the spacing of the rows.",
     ),
     frames::AZIMUTH,
     frames::ELEVATION,
@@ -72,7 +82,7 @@ impl ReadKeys for Keys {
                 && 2.0 * time_s / segment_s < LEAST_SEGMENTS + 1.0
             {
                 let help = format!("at least {}", Q::Time.format(0.5 * (LEAST_SEGMENTS + 1.0) * segment_s));
-                table.mistake(key, format!("`{key}` holds fewer than five segments"), Some(help));
+                table.mistake(key, format!("`{key}` is shorter than five segments"), Some(help));
             }
         }
         let frequencies_hz = table.quantities("frequency");
@@ -80,8 +90,7 @@ impl ReadKeys for Keys {
         if let (Some(all), Some(segment_s), Some(rate_hz)) = (&frequencies_hz, segment_s, frame_rate_hz) {
             let lowest_hz = LEAST_LINES / segment_s;
             if all.is_empty() || all.iter().any(|f| *f < lowest_hz || *f > 0.35 * rate_hz) {
-                let message =
-                    "every `frequency` needs three lines below it and a frame rate of three times itself";
+                let message = "every `frequency` needs three lines below it and a frame rate of at least three times its value";
                 let low = Q::Frequency.format(lowest_hz);
                 let high = Q::Frequency.format(0.35 * rate_hz);
                 table.mistake("frequency", message, Some(format!("between {low} and {high}")));

@@ -29,25 +29,25 @@ pub(super) const FIELDS: &[Field] = &[
         "duration",
         Shape::Quantity(Q::Time),
         "8 s",
-        "Time of each sine that counts, at least five blocks of two periods.",
+        "Evaluated time of each sine, at least five blocks of two periods.",
     ),
     Field::default(
         "gain-az",
         Shape::Quantity(Q::Ratio),
         "3.5355",
-        "Gain of azimuth that the fine loop is built for.",
+        "Gain of azimuth that the fine loop assumes.",
     ),
     Field::default(
         "gain-el",
         Shape::Quantity(Q::Ratio),
         "2.5",
-        "Gain of elevation that the fine loop is built for.",
+        "Gain of elevation that the fine loop assumes.",
     ),
     Field::default(
         "scale-u",
         Shape::Quantity(Q::Ratio),
         "0.5 %",
-        "Relative standard uncertainty of the angle of a pixel in the rig file.",
+        "Relative standard uncertainty of the pixel angle in the rig file.",
     ),
     frames::AZIMUTH,
     frames::ELEVATION,
@@ -88,7 +88,7 @@ impl ReadKeys for Keys {
         if let (Some(frequency_hz), Some(duration_s)) = (frequency_hz, duration_s)
             && duration_s * frequency_hz < LEAST_BLOCKS * BLOCK_PERIODS
         {
-            let message = "`duration` holds fewer than five blocks of two periods";
+            let message = "`duration` is shorter than five blocks of two periods";
             let help = format!("at least {}", Q::Time.format(LEAST_BLOCKS * BLOCK_PERIODS / frequency_hz));
             table.mistake("duration", message, Some(help));
         }

@@ -210,7 +210,7 @@ pub(super) fn proof(keys: &Keys, cases: &[Case], points: &[PointResult]) -> (Opt
         let why = missing.map(|point| {
             point.inconclusive.as_ref().map_or_else(|| "it was not measured".to_owned(), Reason::to_string)
         });
-        let why = if mine.is_empty() { Some("no point moved it".to_owned()) } else { why };
+        let why = if mine.is_empty() { Some("no point moved the mirror".to_owned()) } else { why };
         unproven.extend(why.map(|why| format!("sign of mirror {name} is not proven: {why}")));
     }
     let is_known = !faults.is_empty() || unproven.is_empty();
@@ -223,22 +223,24 @@ fn fault(keys: &Keys, axis: usize, point: &PointResult) -> Option<String> {
     let &Sensed { own, other, .. } = point.reduced.get()?;
     if own.abs() < TURNED * expected.abs() && other.abs() > TURNED * expected.abs() {
         return Some(format!(
-            "camera axes: tilt of the mirror in {name} moves the image by {other:+.3} in the other axis and by {own:+.3} in \
-             its own, expected 0 and {expected:+.3}; camera turned, or its axes exchanged in the rig file"
+            "camera axes: tilt of the mirror in {name} moves the image by {other:+.3} in the other axis and \
+             by {own:+.3} in its own, expected 0 and {expected:+.3}; the camera is turned, or its axes are \
+             exchanged in the rig file"
         ));
     }
     let ratio = own / expected;
     // The sign of what hardly moves is that of its noise.
     if !(SIZE[0]..=SIZE[1]).contains(&ratio.abs()) {
         return Some(format!(
-            "optical size of {name}: the line of sight goes by {own:+.3} per tilt of the mirror, expected {expected:+.3}; \
-             mirror without drive, optics of another magnification, or a scale of mirror or camera"
+            "optical gain of {name}: the line of sight moves by {own:+.3} per tilt of the mirror, expected \
+             {expected:+.3}; mirror not driven, optics of another magnification, or a wrong scale of mirror \
+             or camera"
         ));
     }
     (ratio < 0.0).then(|| {
         format!(
-            "optical sign of {name}: the line of sight goes the wrong way, {own:+.3} per tilt of the mirror, expected \
-             {expected:+.3}; a fold in the optics, or a sign of mirror or camera"
+            "optical sign of {name}: the line of sight moves the wrong way, {own:+.3} per tilt of the \
+             mirror, expected {expected:+.3}; a fold in the optics, or a wrong sign of mirror or camera"
         )
     })
 }

@@ -145,14 +145,14 @@ fn told(point: &Point<'_>, errors: &Errors<'_>, samples: &Samples, summary: &Sum
     let urad = |rad: f64| format!("{:.2} urad", 1e6 * rad);
     let mut all = vec![
         format!("mean {}", urad(summary.mean)),
-        format!("noise of a frame about {}, contained", urad(frame_noise_rad(samples))),
+        format!("includes noise of about {} per frame", urad(frame_noise_rad(samples))),
     ];
     let elevation_rad = point.case.requested.first().map_or(0.0, |r| r.value);
     if let (0, Ok(rms)) = (errors.axis, &summary.outside) {
-        all.push(format!("across the elevation axis; {} of azimuth", urad(rms.value / elevation_rad.cos())));
+        all.push(format!("in cross-elevation; {} in azimuth", urad(rms.value / elevation_rad.cos())));
     }
     if summary.inside_ratio == 0.0 {
-        all.push("no window was opened".to_owned());
+        all.push("no frame lies in a window".to_owned());
     }
     all
 }
@@ -164,7 +164,10 @@ fn excluded(errors: &Errors<'_>, samples: &Samples, [from_s, to_s]: [f64; 2]) ->
     let all = [
         (frames - samples.time_s.len(), "the frame does not show the target"),
         (declared, "the target's acceleration opened a window"),
-        (left_out - declared, "the mirror stood at the end of its stroke, or the fine track began again"),
+        (
+            left_out - declared,
+            "the mirror was at the end of its stroke, or the fine track had just restarted",
+        ),
     ];
     let exclusion = |(count, reason): (usize, &str)| Exclusion {
         count,
@@ -247,7 +250,7 @@ fn over_time(
         peaks.sort_by(|a, b| b.value.abs().total_cmp(&a.value.abs()).then(a.at.cmp(&b.at)));
         marks.extend(peaks.into_iter().take(MARKS).map(mark));
         Series::thinned(
-            ["across elevation (azimuth)", "elevation"][axis],
+            ["cross-elevation (azimuth)", "elevation"][axis],
             Style::Line,
             [&time, &error],
             MAX_POINTS,
@@ -309,7 +312,7 @@ fn histogram(id: String, title: String, samples: &[Samples; 2]) -> Plot {
         let centre: Vec<f64> = (0..CLASSES).map(|k| (k as f64 + 0.5) * width - largest).collect();
         let share = 100.0 / kept[axis].len().max(1) as f64;
         let y = counts.iter().map(|count| share * count).collect();
-        let label = ["across elevation (azimuth)", "elevation"][axis];
+        let label = ["cross-elevation (azimuth)", "elevation"][axis];
         Series::new(label, Style::Histogram, centre, y).with_u(vec![0.5 * width; CLASSES])
     });
     let plot = Plot::new(id, title, Scale::linear("error", "urad"), Scale::linear("share", "%"));
@@ -326,7 +329,7 @@ fn spectrum(id: String, title: String, errors: &[Errors<'_>; 2], samples: &[Samp
             let settings = WelchSettings::new(1.0 / errors[axis].frames.period_s, segment);
             let psd = CrossSpectra::welch(&[values], &settings).ok()?.psd(0).ok()?;
             let y: Vec<f64> = psd.density[1..].iter().map(|d| URAD * URAD * d).collect();
-            let label = ["across elevation (azimuth)", "elevation"][axis];
+            let label = ["cross-elevation (azimuth)", "elevation"][axis];
             Some(Series::new(label, Style::Line, psd.frequency_hz[1..].to_vec(), y))
         })
         .collect();

@@ -11,37 +11,43 @@ use crate::table::{Field, Shape, TableReader, suggestion};
 use crate::target::{Target, TargetCourse};
 
 const RAILS: &[Field] = &[
-    Field::required("distance", Shape::Quantity(Q::Length), "Distance of the rails at their middle."),
+    Field::required("distance", Shape::Quantity(Q::Length), "Distance to the middle of the rails."),
     Field::required("rail", Shape::Quantity(Q::Length), "Length of one rail; there is a joint after each."),
-    Field::required("count", Shape::Integer, "Rails in line; the target stands at their end at first."),
-    Field::default("jolt", Shape::Quantity(Q::Time), "1.5 s", "Time for which a joint can explain a peak."),
+    Field::required("count", Shape::Integer, "Number of rails in line; the target starts at their end."),
+    Field::default(
+        "jolt",
+        Shape::Quantity(Q::Time),
+        "1.5 s",
+        "Time after a joint during which it can explain a peak.",
+    ),
 ];
 
 pub(super) const FIELDS: &[Field] = &[
-    Field::required("target", Shape::Choice(&["star", "rail", "drone"]), "What is tracked."),
-    Field::required("loops", Shape::Texts, "Loops that are closed, a point each: `coarse`, `fine`, `both`."),
+    Field::required("target", Shape::Choice(&["star", "rail", "drone"]), "Target to track."),
+    Field::required("loops", Shape::Texts, "Loops to close, one point each: `coarse`, `fine`, `both`."),
     Field::required(
         "elevation",
         Shape::Quantities(Q::Angle),
-        "Elevations at which the target stands at first, a point each.",
+        "Elevations at which the target starts, one point each.",
     ),
-    Field::default("azimuth", Shape::Quantity(Q::Angle), "0 deg", "Azimuth at which it stands at first."),
+    Field::default("azimuth", Shape::Quantity(Q::Angle), "0 deg", "Azimuth at which the target starts."),
     Field::optional(
         "span",
         Shape::Range(Q::Angle),
-        "Azimuth that its course covers; both axes are held within half of it and 3 deg. 1 deg about `azimuth` without it.",
+        "Azimuth range of the target's course; both axes are bounded to half of it plus 3 deg. Default: 1 \
+         deg about `azimuth`.",
     ),
     Field::default(
         "off-load",
         Shape::Boolean,
         "true",
-        "With both loops: the axes take over what the mirror holds on average.",
+        "With both loops closed: the axes take over the mean angle of the mirror.",
     ),
     Field::default(
         "settle",
         Shape::Quantity(Q::Time),
         "9 s",
-        "From the first lock to the record; the target begins to move meanwhile.",
+        "Time from the first lock to the record; the target begins to move meanwhile.",
     ),
     Field::required("duration", Shape::Quantity(Q::Time), "Length of the record."),
     Field::required(
@@ -49,29 +55,50 @@ pub(super) const FIELDS: &[Field] = &[
         Shape::Quantity(Q::AngularAcceleration),
         "Acceleration of the target about an axis that opens a window of that axis.",
     ),
-    Field::default("window-before", Shape::Quantity(Q::Time), "0.3 s", "A window begins so long before."),
-    Field::default("window-after", Shape::Quantity(Q::Time), "0.8 s", "And ends so long after."),
+    Field::default(
+        "window-before",
+        Shape::Quantity(Q::Time),
+        "0.3 s",
+        "Lead time of a window before the \
+                                                                        threshold is exceeded.",
+    ),
+    Field::default(
+        "window-after",
+        Shape::Quantity(Q::Time),
+        "0.8 s",
+        "Time for which a window stays open afterwards.",
+    ),
     Field::default(
         "most-in-windows",
         Shape::Quantity(Q::Ratio),
         "5 %",
-        "With more of the record in windows there is no verdict.",
+        "Largest share of the record in windows; beyond it there is no verdict.",
     ),
     Field::default(
         "acceleration-bandwidth",
         Shape::Quantity(Q::Frequency),
         "1 Hz",
-        "Up to here the estimate of the target's acceleration is true to 1 %.",
+        "Bandwidth of the estimate of the target's acceleration (accurate to 1 % up to it).",
     ),
     Field::default(
         "cause-rate",
         Shape::Quantity(Q::AngularVelocity),
         "1 mrad/s",
-        "Change of the target's rate within the length of a window that can explain a peak.",
+        "Change of the target's rate within the length of a window that counts as the cause of a peak.",
     ),
-    Field::default("dwell-limit", Shape::Quantity(Q::Angle), "5 urad", "Root mean square of a dwell."),
-    Field::default("dwell-window", Shape::Quantity(Q::Time), "6 s", "Window over which it slides."),
-    Field::optional("rails", Shape::Table(RAILS), "Where the rails have their joints."),
+    Field::default(
+        "dwell-limit",
+        Shape::Quantity(Q::Angle),
+        "5 urad",
+        "Largest root mean square of the error in a dwell.",
+    ),
+    Field::default(
+        "dwell-window",
+        Shape::Quantity(Q::Time),
+        "6 s",
+        "Length of the sliding window for the root mean square.",
+    ),
+    Field::optional("rails", Shape::Table(RAILS), "Geometry of the rails, to locate their joints."),
 ];
 
 /// Shortest record with the fine loop: a dwell is at least as long (ENG-DWELL).
@@ -195,7 +222,7 @@ impl Keys {
         }
         let [low, high] = self.span_rad;
         if !(low..=high).contains(&self.azimuth_rad) {
-            table.mistake("span", "the target does not stand inside `span` at first", None);
+            table.mistake("span", "the target does not start inside `span`", None);
         }
         if self.before_s < 0.0 || self.after_s < 0.0 {
             table.mistake("window-before", "a window does not end before it begins", None);
@@ -256,8 +283,10 @@ const BOUND_RAD_PER_S: f64 = 0.15;
 pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
     let Gimbal { outer, inner } = gimbal_for("track", axes)?;
     if axis != outer.name {
-        let message = format!("`track` begins with `axis = \"{}\"`, not `{axis}`", outer.name);
-        return Err(vec![Diagnostic::new(message).help("both axes follow the target in every point")]);
+        let message = format!("`track` needs `axis = \"{}\"`, found `{axis}`", outer.name);
+        return Err(vec![
+            Diagnostic::new(message).help("write that axis: both axes follow the target in every point"),
+        ]);
     }
     let places = keys.span_rad.iter().filter_map(|&at| outside("azimuth", at, &outer.name, &outer.limits));
     let heights =

@@ -299,7 +299,7 @@ pub(super) fn longest_dwell_of(point: &Point<'_>, frames: &Frames) -> Measuremen
     dwell.flags.push("both axes at once".to_owned());
     dwell.flags.push(match found {
         Some(d) => format!("from {:.2} s after the first lock on", d.from_s - point.tracked_s[0]),
-        None => format!("nowhere within {:.2} urad over {window_s} s", 1e6 * limit),
+        None => format!("never within {:.2} urad over {window_s} s", 1e6 * limit),
     });
     dwell.inconclusive = point.cut.as_ref().map(Reason::to_string);
     dwell
@@ -334,7 +334,7 @@ pub(super) fn coarse_losses(
     let u = frames.period_s / 6.0_f64.sqrt();
     let estimate = Estimate { value: frames.longest_gap_s(), u, dof: f64::INFINITY, n: frames.time_s.len() };
     let mut gap = point.measurement(GAP, &point.case.axis, Ok(estimate), COARSE_TOPIC);
-    gap.flags.push(format!("{} frames never came", frames.missing()));
+    gap.flags.push(format!("{} frames never arrived", frames.missing()));
     [losses, gap, missing_frames(point, MISSING, frames, COARSE_TOPIC)]
 }
 
@@ -353,7 +353,7 @@ fn tripped_early(point: &Point<'_>) -> Option<Measurement> {
     let lost = point.loops.coarse() && tripped(point);
     lost.then(|| {
         let mut losses = counted(point, LOSSES, 1, 1, COARSE_TOPIC);
-        losses.flags.push(format!("as soon as it was seen; ended by interlock `{INTERLOCK}`"));
+        losses.flags.push(format!("immediately after it was seen; ended by interlock `{INTERLOCK}`"));
         losses
     })
 }

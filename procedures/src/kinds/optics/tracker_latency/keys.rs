@@ -11,20 +11,20 @@ pub(super) const FIELDS: &[Field] = &[
         "tracker",
         Shape::Choice(&["fine", "coarse"]),
         "fine",
-        "Which one: the mirror moves for the fine tracker, the axis for the coarse one.",
+        "Tracker to measure; the mirror moves for the fine tracker, the axis for the coarse one.",
     ),
     Field::default(
         "frequency",
         Shape::Quantities(Q::Frequency),
         "2 Hz, 5 Hz, 11 Hz, 17 Hz, 23 Hz, 31 Hz",
-        "Sines, multiples of 1/period below half the frame rate; at least five.",
+        "Frequencies of the sines: multiples of 1/period below half the frame rate, at least five.",
     ),
     Field::default("period", Shape::Quantity(Q::Time), "1 s", "After this time the motion repeats."),
     Field::default(
         "periods",
         Shape::Integer,
         "12",
-        "Periods that count, at least six; one more goes before them.",
+        "Evaluated periods, at least six; one more precedes them.",
     ),
     Field::default(
         "amplitude",
@@ -41,15 +41,20 @@ pub(super) const FIELDS: &[Field] = &[
     Field::optional(
         "frame-rate",
         Shape::Quantity(Q::Frequency),
-        "Frame rate of the fine camera; without one that of the rig file.",
+        "Frame rate of the fine camera; default: that of the rig file.",
     ),
     Field::default(
         "moved-delay",
         Shape::Quantity(Q::Time),
         "0 s",
-        "How late the angle that moves is in the log: that of an encoder by LAT-RT.",
+        "Delay in the log of the angle that moves; for an encoder the return part of LAT-RT.",
     ),
-    Field::default("moved-delay-u", Shape::Quantity(Q::Time), "0.1 ms", "Its standard uncertainty."),
+    Field::default(
+        "moved-delay-u",
+        Shape::Quantity(Q::Time),
+        "0.1 ms",
+        "Standard uncertainty of `moved-delay`.",
+    ),
     frames::AZIMUTH,
     frames::ELEVATION,
 ];
@@ -90,7 +95,7 @@ impl ReadKeys for Keys {
                 table.mistake("frequency", message, None);
             }
             if orders.len() < LEAST_LINES {
-                let message = format!("{} sines, a slope needs at least five", orders.len());
+                let message = format!("{} sines, but a slope needs at least five", orders.len());
                 table.mistake("frequency", message, None);
             }
             if let (Some(rate_hz), Some(last)) = (frame_rate_hz, all.last())

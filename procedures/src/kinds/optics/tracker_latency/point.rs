@@ -169,8 +169,8 @@ pub(super) fn proof(keys: &Keys, points: &[PointResult]) -> Option<Proof> {
     }
     let is_turned = offset_rad.cos() < 0.0;
     let fault = format!(
-        "sign of the {} tracker: its readings go with the motion, expected against it (target minus line of sight); camera \
-         or axis the other way round",
+        "sign of the {} tracker: its readings have the same sign as the motion, expected the opposite \
+         (target minus line of sight); the sign of camera or axis is inverted",
         keys.tracker()
     );
     Some(Proof { gate: SIGHT_GATE.to_owned(), faults: is_turned.then_some(fault).into_iter().collect() })
@@ -242,7 +242,8 @@ fn measured(keys: &Keys, case: &Case, found: &Found) -> Vec<Measurement> {
 /// Whose clock the exposures are of, and whether the declared delay is the one that is there.
 fn stamp_flags(stamp: &Measurement, found: &Found) -> Vec<String> {
     let mut flags = vec![format!(
-        "exposures by the tracker's own clock ({:+.1} ppm), laid onto that of the loop by arrivals and the declared delay",
+        "exposures by the tracker's own clock ({:+.1} ppm), mapped onto that of the loop by the arrivals \
+         and the declared delay",
         1e6 * found.clock_drift_ratio
     )];
     let off_s = stamp.value.unwrap_or(0.0);

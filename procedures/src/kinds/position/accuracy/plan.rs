@@ -17,30 +17,30 @@ pub(super) const FIELDS: &[Field] = &[
         Shape::Quantities(Q::Angle),
         "Targets, ascending; faces of the polygon where there is one.",
     ),
-    Field::default("runs", Shape::Integer, "5", "Runs in each direction, at least 5."),
+    Field::default("runs", Shape::Integer, "5", "Number of runs in each direction, at least 5."),
     Field::default("elevation", Shape::Quantity(Q::Angle), "0 deg", "Elevation while azimuth moves."),
     Field::default(
         "velocity",
         Shape::Quantity(Q::AngularVelocity),
         "40 deg/s",
-        "Of the moves between targets.",
+        "Limit for the moves between targets.",
     ),
     Field::default(
         "acceleration",
         Shape::Quantity(Q::AngularAcceleration),
         "60 deg/s^2",
-        "Of the moves between targets.",
+        "Limit for the moves between targets.",
     ),
     Field::default(
         "overrun",
         Shape::Quantity(Q::Angle),
         "1 deg",
-        "How far beyond the last target a run turns.",
+        "Distance beyond the last target at which a run reverses.",
     ),
     Field::default("settle", Shape::Quantity(Q::Time), "1.5 s", "Rest at a target before it is measured."),
-    Field::default("measure", Shape::Quantity(Q::Time), "0.3 s", "Time over which a place is averaged."),
-    Field::optional("poses", Shape::Quantities(Q::Angle), "Poses after ISO 9283, a point of their own."),
-    Field::default("pose-cycles", Shape::Integer, "30", "Visits of each pose, at least 5."),
+    Field::default("measure", Shape::Quantity(Q::Time), "0.3 s", "Time over which a position is averaged."),
+    Field::optional("poses", Shape::Quantities(Q::Angle), "Poses to ISO 9283, measured in their own point."),
+    Field::default("pose-cycles", Shape::Integer, "30", "Number of visits to each pose, at least 5."),
 ];
 
 /// The keys, read. SI units.
@@ -97,14 +97,14 @@ impl ReadKeys for Keys {
 
 fn check(table: &mut TableReader<'_>, targets_rad: &[f64]) {
     if targets_rad.windows(2).any(|pair| pair[1] <= pair[0]) {
-        table.mistake("targets", "targets ascend, each once", None);
+        table.mistake("targets", "list the targets in ascending order, each once", None);
         return;
     }
     let span_rad = targets_rad[targets_rad.len() - 1] - targets_rad[0];
     let needed = targets_needed(span_rad);
     if targets_rad.len() < needed {
         let message = format!(
-            "{} targets over {}: ISO 230-2 asks for {needed}",
+            "{} targets over {}, but ISO 230-2 requires {needed}",
             targets_rad.len(),
             Q::Angle.format(span_rad)
         );
@@ -187,12 +187,12 @@ fn no_face(what: &str, target_rad: f64, axis: &str, limits: &AxisLimits) -> Opti
         return None;
     }
     let message = format!(
-        "{what} {} is no face of the polygon on axis `{axis}`: the nearest is at {}",
+        "{what} {} is not a face of the polygon on axis `{axis}`; the nearest is at {}",
         Q::Angle.format(target_rad),
         Q::Angle.format(face_rad)
     );
     let part_rad = std::f64::consts::TAU / reference.faces_rad.len() as f64;
-    Some(Diagnostic::new(message).help(format!("take multiples of {}", Q::Angle.format(part_rad))))
+    Some(Diagnostic::new(message).help(format!("use multiples of {}", Q::Angle.format(part_rad))))
 }
 
 struct Course {

@@ -12,37 +12,45 @@ const RAMP: &[Field] = &[
         "0.674 deg/s",
         "Rate of the ramp (POS-TRK).",
     ),
-    Field::required("span", Shape::Range(Q::Angle), "From where to where; both ways are run."),
+    Field::required(
+        "span",
+        Shape::Range(Q::Angle),
+        "Start and end of the ramp; it is run in both directions.",
+    ),
     Field::default(
         "acceleration",
         Shape::Quantity(Q::AngularAcceleration),
         "2 deg/s^2",
-        "With which the ramp begins and ends.",
+        "Acceleration at the beginning and end of the ramp.",
     ),
 ];
 
 const SINE: &[Field] = &[
     Field::required("amplitude", Shape::Quantity(Q::Angle), "Amplitude."),
     Field::required("frequency", Shape::Quantity(Q::Frequency), "Frequency."),
-    Field::default("middle", Shape::Quantity(Q::Angle), "0 deg", "Place that it swings about."),
-    Field::default("cycles", Shape::Integer, "10", "Whole periods, both fades included."),
-    Field::default("fade", Shape::Quantity(Q::Time), "2 s", "Time of the fade at either end."),
+    Field::default("middle", Shape::Quantity(Q::Angle), "0 deg", "Centre of the sine."),
+    Field::default("cycles", Shape::Integer, "10", "Whole periods, including both fades."),
+    Field::default("fade", Shape::Quantity(Q::Time), "2 s", "Duration of the fade at each end."),
 ];
 
 const PATH: &[Field] = &[
-    Field::required("time", Shape::Quantities(Q::Time), "Times, from 0 s on, ascending."),
+    Field::required("time", Shape::Quantities(Q::Time), "Times of the path, ascending from 0 s."),
     Field::required(
         "position",
         Shape::Quantities(Q::Angle),
-        "Place at each of them; at rest at the first and the last.",
+        "Position at each time; the axis rests at the first and the last.",
     ),
 ];
 
 pub(super) const FIELDS: &[Field] = &[
     Field::default("elevation", Shape::Quantity(Q::Angle), "0 deg", "Elevation while azimuth moves."),
-    Field::optional("ramp", Shape::Table(RAMP), "A ramp, a point of its own."),
-    Field::optional("sine", Shape::Table(SINE), "A sine, a point of its own."),
-    Field::optional("path", Shape::Table(PATH), "A path through places at times, a point of its own."),
+    Field::optional("ramp", Shape::Table(RAMP), "A ramp, run as its own point."),
+    Field::optional("sine", Shape::Table(SINE), "A sine, run as its own point."),
+    Field::optional(
+        "path",
+        Shape::Table(PATH),
+        "A path through given positions at given times, run as its own point.",
+    ),
 ];
 
 /// A ramp there and back.
@@ -80,7 +88,7 @@ impl ReadKeys for Keys {
         let has_path = table.has("path");
         if !(has_ramp || has_sine || has_path) {
             let help = "add `[ramp]`, `[sine]` or `[path]`".to_owned();
-            table.mistake("ramp", "nothing to follow", Some(help));
+            table.mistake("ramp", "no reference to follow", Some(help));
         }
         let ramp = has_ramp.then(|| table.table("ramp", ramp));
         let sine = has_sine.then(|| table.table("sine", sine));
@@ -113,8 +121,8 @@ fn sine(table: &mut TableReader<'_>) -> Option<Sine> {
     let cycles = cycles?;
     let fade_s = fade?;
     if 2.0 * fade_s >= f64::from(cycles) / frequency_hz {
-        let help = "ask for more `cycles` or a shorter `fade`".to_owned();
-        table.mistake("fade", "the sine is over before both fades are", Some(help));
+        let help = "use more `cycles` or a shorter `fade`".to_owned();
+        table.mistake("fade", "the sine ends before both fades are complete", Some(help));
     }
     Some(Sine { amplitude_rad: amplitude?, frequency_hz, middle_rad: middle?, cycles, fade_s })
 }

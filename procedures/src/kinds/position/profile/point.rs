@@ -148,7 +148,7 @@ fn picture(case: &Case, all: &Followed) -> Plot {
         )],
         ..Plot::new(
             format!("following-{name}"),
-            format!("Error of following, {}", case.point),
+            format!("Following error, {}", case.point),
             Scale::linear("time", "s"),
             Scale::linear("error", "urad"),
         )

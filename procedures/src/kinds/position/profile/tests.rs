@@ -79,7 +79,7 @@ fn a_path_that_jumps_is_refused_where_it_stands() {
 #[test]
 fn nothing_to_follow_and_places_beyond_the_travel_are_refused() {
     let nothing = read("elevation = \"0 deg\"").expect_err("nothing");
-    assert!(nothing[0].to_string().contains("nothing to follow"));
+    assert!(nothing[0].to_string().contains("no reference to follow"));
     assert!(read("[sine]\namplitude = \"1 deg\"\nfrequency = \"1 Hz\"\ncycles = 3").is_err());
     let axes = with_elevation();
     let soft = read("[ramp]\nspan = \"150 deg .. 159 deg\"").expect("keys").plan("az", &axes);

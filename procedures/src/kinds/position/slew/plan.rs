@@ -13,28 +13,28 @@ pub(super) const FIELDS: &[Field] = &[
     Field::required(
         "moves",
         Shape::Choice(&["full", "gentle", "cue"]),
-        "`full`: largest acceleration; `gentle`: the least that reaches the velocity; `cue`: as stated.",
+        "`full`: largest acceleration; `gentle`: the smallest acceleration that reaches the velocity; `cue`: as given.",
     ),
     Field::default("elevation", Shape::Quantity(Q::Angle), "0 deg", "Elevation while azimuth moves."),
     Field::optional(
         "cues",
         Shape::Quantities(Q::Angle),
-        "Places to slew to, one after the other and back to the first; both ends of the travel without it.",
+        "Positions to slew to in turn, then back to the first; default: both ends of the travel.",
     ),
-    Field::default("repeats", Shape::Integer, "2", "How often all cues are visited."),
-    Field::default("rest", Shape::Quantity(Q::Time), "3.5 s", "Time at each cue."),
-    Field::default("plateau", Shape::Quantity(Q::Time), "0.6 s", "Cruise of gentle moves."),
+    Field::default("repeats", Shape::Integer, "2", "Number of times that all cues are visited."),
+    Field::default("rest", Shape::Quantity(Q::Time), "3.5 s", "Rest at each cue."),
+    Field::default("plateau", Shape::Quantity(Q::Time), "0.6 s", "Duration of the cruise in gentle moves."),
     Field::default(
         "acceleration",
         Shape::Quantity(Q::AngularAcceleration),
         "20 deg/s^2",
-        "Of slews to cues.",
+        "Acceleration of slews to cues.",
     ),
     Field::default(
         "jerk",
         Shape::Quantity(Q::AngularJerk),
         "1 deg/s^3",
-        "Of slews to cues: it decides the overshoot.",
+        "Jerk of slews to cues; it determines the overshoot.",
     ),
 ];
 
@@ -72,7 +72,8 @@ impl ReadKeys for Keys {
         if let Some(Some(cues)) = &cues_rad {
             let stays = cues.iter().zip(cues.iter().skip(1).chain(&cues[..1])).any(|(a, b)| a == b);
             if stays {
-                let help = "give at least two places, each other than the one before it, the first other than the last";
+                let help =
+                    "give at least two positions; neighbours must differ, and so must the first and the last";
                 table.mistake("cues", "a slew from a cue to the same cue", Some(help.to_owned()));
             }
         }
@@ -81,7 +82,7 @@ impl ReadKeys for Keys {
         let cues = cues_rad.iter().flatten().map(Vec::len).next().unwrap_or(2);
         table.check_steps("repeats", &[cues, repeats as usize, 2]);
         if rest_s < 1.0 {
-            table.mistake("rest", "a move needs 1 s to end", None);
+            table.mistake("rest", "a move needs 1 s to settle", None);
         }
         Some(Self {
             moves: match moves?.as_str() {
@@ -182,5 +183,5 @@ fn too_near(keys: &Keys, limits: &AxisLimits) -> Diagnostic {
         Q::AngularVelocity.format(limits.max_velocity_rad_per_s),
         Q::AngularAcceleration.format(limits.max_acceleration_rad_per_s2)
     );
-    Diagnostic::new(message).help("set the cues farther apart, or ask for a shorter `plateau`")
+    Diagnostic::new(message).help("set the cues farther apart, or use a shorter `plateau`")
 }

@@ -182,7 +182,11 @@ fn of_ends(name: &str, ends: &Result<Vec<End>, Reason>) -> Found {
         let estimate = Estimate { value, u: r.overshoot_u, dof, n: r.repeats };
         let flags = vec![
             format!("cue {}", end.cue),
-            format!("noise {} (1 sigma) at rest; called one above {}", urad(r.noise), urad(r.threshold)),
+            format!(
+                "noise {} (1 sigma) at rest; counts as overshoot above {}",
+                urad(r.noise),
+                urad(r.threshold)
+            ),
         ];
         if worst.as_ref().is_none_or(|(other, _)| value > other.value) {
             worst = Some((estimate, flags));
@@ -219,7 +223,7 @@ fn end_picture(case: &Case, ends: &[End]) -> Plot {
             "slew-ends",
             format!("End of the slews, {}", case.point),
             Scale::linear("time since the planned end", "s"),
-            Scale::linear("place less cue", "urad"),
+            Scale::linear("position less cue", "urad"),
         )
     }
 }

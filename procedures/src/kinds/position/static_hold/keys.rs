@@ -6,25 +6,40 @@ use crate::table::{Field, Shape, TableReader};
 
 pub(super) const FIELDS: &[Field] = &[
     Field::optional("hold", Shape::Quantities(Q::Angle), "Poses at which the loop holds the axis."),
-    Field::default("hold-time", Shape::Quantity(Q::Time), "10 s", "How long it is held there."),
+    Field::default(
+        "hold-time",
+        Shape::Quantity(Q::Time),
+        "10 s",
+        "Time for which the axis is held at each pose.",
+    ),
     Field::optional(
         "release",
         Shape::Quantities(Q::Angle),
-        "Poses at which the axis gets zero torque from a drive that stays on.",
+        "Poses at which the torque is set to zero while the drive stays enabled.",
     ),
-    Field::default("release-time", Shape::Quantity(Q::Time), "5 s", "How long it must stay put there."),
+    Field::default(
+        "release-time",
+        Shape::Quantity(Q::Time),
+        "5 s",
+        "Time for which the axis must hold its position there.",
+    ),
     Field::optional(
         "off",
         Shape::Quantities(Q::Angle),
-        "Poses at which the drive is switched off; only where static friction is 1.3 times what pulls.",
+        "Poses at which the drive is disabled; allowed only where static friction is 1.3 times the load.",
     ),
     Field::default(
         "movement",
         Shape::Quantity(Q::Angle),
         "0.25 deg",
-        "Movement below which the axis counts as holding itself: more than a contact gives before it slides.",
+        "Movement below which the axis counts as holding itself; larger than the deflection of a contact before it slides.",
     ),
-    Field::default("catch", Shape::Quantity(Q::Angle), "0.6 deg", "Movement at which it is held again."),
+    Field::default(
+        "catch",
+        Shape::Quantity(Q::Angle),
+        "0.6 deg",
+        "Movement at which the loop holds the axis again.",
+    ),
 ];
 
 /// The keys, read. SI units.
@@ -51,7 +66,7 @@ impl ReadKeys for Keys {
         let catch_rad = table.positive("catch");
         if !["hold", "release", "off"].into_iter().any(|key| table.has(key)) {
             let help = Some("add `hold`, `release` or `off` with poses such as [\"40 deg\"]".to_owned());
-            table.mistake("hold", "nothing to do: no poses", help);
+            table.mistake("hold", "no poses given: nothing to run", help);
         }
         if catch_rad < movement_rad && catch_rad.is_some() {
             table.mistake("catch", "`catch` must not be below `movement`", None);

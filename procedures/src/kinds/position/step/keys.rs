@@ -8,15 +8,15 @@ use crate::table::{Field, Shape, TableReader};
 pub(super) const LEAST_REPEATS: i64 = 3;
 
 pub(super) const FIELDS: &[Field] = &[
-    Field::default("elevation", Shape::Quantities(Q::Angle), "0 deg", "Elevations, a point each."),
+    Field::default("elevation", Shape::Quantities(Q::Angle), "0 deg", "Elevations, one point each."),
     Field::default(
         "step",
         Shape::Quantities(Q::Angle),
         "0.5 deg",
-        "Heights, a point each; towards the middle of the travel.",
+        "Heights of the steps, one point each, directed towards the middle of the travel.",
     ),
-    Field::default("repeats", Shape::Integer, "3", "Steps there, and as many back."),
-    Field::default("hold", Shape::Quantity(Q::Time), "2.5 s", "Time from a step to the next."),
+    Field::default("repeats", Shape::Integer, "3", "Number of steps out; as many lead back."),
+    Field::default("hold", Shape::Quantity(Q::Time), "2.5 s", "Time from one step to the next."),
 ];
 
 /// The keys, read. SI units.
@@ -37,10 +37,14 @@ impl ReadKeys for Keys {
         let heights_rad = heights_rad?;
         let hold_s = hold_s?;
         if heights_rad.iter().any(|height| *height <= 0.0) {
-            table.mistake("step", "a height is positive", Some("steps go both ways".to_owned()));
+            table.mistake(
+                "step",
+                "give a positive height",
+                Some("steps are made in both directions".to_owned()),
+            );
         }
         if hold_s < 1.5 {
-            let help = "a step needs 1 s to settle and 0.5 s for its final value".to_owned();
+            let help = "allow 1 s to settle and 0.5 s for the final value".to_owned();
             table.mistake("hold", "the response would be cut off", Some(help));
         }
         let elevations_rad = elevations_rad?;

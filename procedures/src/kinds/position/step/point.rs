@@ -111,7 +111,11 @@ fn flags(name: &str, way: &Way) -> Vec<String> {
     match name {
         OVERSHOOT | EXCESS => vec![
             format!("steps `{}`", way.label),
-            format!("noise {} (1 sigma) at rest; called one above {}", urad(r.noise), urad(r.threshold)),
+            format!(
+                "noise {} (1 sigma) at rest; counts as overshoot above {}",
+                urad(r.noise),
+                urad(r.threshold)
+            ),
             format!("largest of a single step {}", urad(r.largest_overshoot)),
         ],
         _ => vec![format!("steps `{}`", way.label)],

@@ -120,12 +120,12 @@ impl Course {
         let needed = NO_REVERSAL * largest_rate(keys, limits, level);
         if velocity < needed {
             let message = format!(
-                "level {} behind a target of {} would turn the axis round: it takes {}",
+                "level {} behind a target that moves at {} would reverse the axis: it needs {}",
                 level,
                 Q::AngularVelocity.format(velocity),
                 Q::AngularVelocity.format(needed)
             );
-            return Err(Diagnostic::new(message).help("ask for a lower level, or a faster target"));
+            return Err(Diagnostic::new(message).help("use a lower level, or a faster target"));
         }
         let [low, high] = limits.soft_limits_rad;
         let low = low + TRACK_CLEARANCE_RAD;
@@ -156,11 +156,11 @@ impl Course {
         let fits = |w: &f64| *w <= longest_s * (1.0 + 1e-9) && 3.0 * w + REST_S <= each_s;
         let Some(window_s) = WINDOWS_S.into_iter().find(fits) else {
             let message = format!(
-                "{} for each realisation hold no three windows for lines from {}",
+                "{} for each realisation are too short for three windows with lines from {}",
                 Q::Time.format(each_s),
                 Q::Frequency.format(keys.band_hz[0])
             );
-            return Err(Diagnostic::new(message).help("ask for a longer `duration` or a higher `from`"));
+            return Err(Diagnostic::new(message).help("use a longer `duration` or a higher `from`"));
         };
         let still =
             ProfileLimits { velocity_rad_per_s: 0.0, acceleration_rad_per_s2: 0.0, jerk_rad_per_s3: 0.0 };
@@ -255,7 +255,7 @@ fn too_short(keys: &Excited, velocity: f64, level: &Level, usable_s: f64) -> Dia
         Q::Time.format(usable_s.max(0.0)),
         Q::Time.format(WINDOWS_S[WINDOWS_S.len() - 1]),
     );
-    Diagnostic::new(message).help("ask for a lower level, or a larger `half-width`")
+    Diagnostic::new(message).help("use a lower level, or a larger `half-width`")
 }
 
 /// From here the axis comes to its target.

@@ -39,7 +39,8 @@ pub(in crate::kinds) fn plan(keys: &Excited, axis: &str, axes: &Axes) -> Result<
     positioned::limits_of(axis, axes)?;
     if keys.background.target_turn_s.is_some() {
         // Nothing follows a target with one axis.
-        axes.gimbal().map_err(|lacking| vec![Diagnostic::new(format!("behind a target, {lacking}"))])?;
+        axes.gimbal()
+            .map_err(|lacking| vec![Diagnostic::new(format!("while a target is tracked, {lacking}"))])?;
     }
     let elevation = Elevation::of(axis, axes);
     // Without an elevation there is one point for each level.
@@ -357,7 +358,7 @@ fn steps(
             Q::Time.format(for_s),
             fit * keys.realisations
         );
-        return Err(Diagnostic::new(message).help("ask for fewer `lines`, or a longer `duration`"));
+        return Err(Diagnostic::new(message).help("use fewer `lines`, or a longer `duration`"));
     }
     let [from_hz, to_hz] = keys.band_hz;
     let forbidden = course.forbidden_hz(limits);

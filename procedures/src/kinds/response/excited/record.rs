@@ -166,7 +166,7 @@ pub(super) fn usable(
         (gaps, "cycles were dropped in them"),
         (limited, "the torque was at its limit"),
         (clipped, "the drive was at a limit of its own (bit 11 of its statusword)"),
-        (reversed, "the axis turned round: the contact stuck"),
+        (reversed, "the axis reversed, so the contact stuck"),
     ] {
         if count > 0 {
             excluded.push(Exclusion { count, of: "windows".to_owned(), reason: reason.to_owned() });

@@ -97,7 +97,7 @@ impl Gate {
     }
 
     fn reason(&self) -> String {
-        let of = self.averages.map_or(String::new(), |n| format!(", freed of its bias with {n} averages,"));
+        let of = self.averages.map_or(String::new(), |n| format!(", bias-corrected for {n} averages,"));
         format!("coherence{of} below {}", self.least)
     }
 }

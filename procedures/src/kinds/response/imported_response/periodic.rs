@@ -130,8 +130,9 @@ impl<'a> Periods<'a> {
         if let Some(reference) = &self.keys.reference {
             // Also where it is not the input: a reference that does not repeat makes the period doubtful.
             let (_, differing) = repeated(reference, self.kept(reference)?, self.length)?;
-            let reason =
-                format!("{reference}: not as in the other periods; the median over the periods stands there");
+            let reason = format!(
+                "{reference}: differs from the other periods; replaced by the median over the periods"
+            );
             answer.exclude(differing, "samples", reason);
         }
         let frequencies_hz: Vec<f64> = self.bins.iter().map(|&bin| self.hz(bin)).collect();

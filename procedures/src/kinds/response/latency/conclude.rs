@@ -186,7 +186,7 @@ fn back(points: &[PointResult], transports: &[Value]) -> Found {
     let first = out.first().ok_or(ResponseReason::NoWayOut)?;
     let out_s = first.delay_s;
     let flags =
-        vec![format!("round trip {:.1} us less {:.1} us on the way out", us(round_s.value), us(out_s.value))];
+        vec![format!("round trip {:.1} us less {:.1} us outward delay", us(round_s.value), us(out_s.value))];
     let difference_s = round_s.value - out_s.value;
     Ok((estimate(difference_s, round_s.u.hypot(out_s.u), out.len() + transports.len()), flags))
 }

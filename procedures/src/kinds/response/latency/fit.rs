@@ -225,7 +225,7 @@ fn loop_of(lines: &[Line], period_s: f64) -> Result<(LagFit, Vec<String>, f64), 
         other => {
             let apart_s = other.map_or(first.lag_s, |second| (second.transport_s - first.transport_s).abs());
             let residuals = first.goodness.flag().unwrap_or_default();
-            let flag = format!("a lag of first order does not describe the loop: {residuals}");
+            let flag = format!("a first-order lag does not describe the loop: {residuals}");
             Ok((first, vec![flag], first.transport_u_s.hypot(apart_s)))
         }
     }

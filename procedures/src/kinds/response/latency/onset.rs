@@ -226,7 +226,8 @@ pub(super) fn analyse_steps(
         evidence: from.clone(),
         ..measurement(name, case, level_v, estimate, flags)
     };
-    let noise = vec![format!("scatter by the noise of the current, {:.1} us, taken off", us(found.noise_s))];
+    let noise =
+        vec![format!("scatter due to the noise of the current, {:.1} us, subtracted", us(found.noise_s))];
     let exclusion = |count: usize, reason: String| Exclusion { count, of: "steps".to_owned(), reason };
     let left_out = [
         exclusion(edges.len() - n - limited.len(), "no whole record around them".to_owned()),
@@ -319,7 +320,7 @@ pub(super) fn analyse_echo(case: &Case, window: &Window, limits: &AxisLimits) ->
     let estimate = Estimate { value: found.delay_s, u, dof: f64::INFINITY, n };
     let flags = vec![
         format!("{:.3} exchanges, correlation {:.3}", found.delay_s * rate_hz, found.correlation),
-        "the half sample of hold is not in it".to_owned(),
+        "excluding half a sample of hold".to_owned(),
     ];
     let mut echo = measurement(ECHO, case, None, estimate, flags);
     echo.evidence = evidence(window, TOPIC, &["echo_out_v", "echo_in_v"]);

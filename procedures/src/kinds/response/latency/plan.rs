@@ -17,20 +17,26 @@ pub(super) const FIELDS: &[Field] = &[
     Field::required(
         "points",
         Shape::Texts,
-        "What is run: `fit` (a point for each level), `slow`, `onset`, `probe` (needs an oscilloscope), `echo`.",
+        "Points to run: `fit` (one point per level), `slow`, `onset`, `probe` (needs an oscilloscope), `echo`.",
     ),
     Field::required("level", Shape::Quantities(Q::Voltage), "Peak to peak of the multisines; 1 V is 1 A."),
     Field::default(
         "command-ticks",
         Shape::Integer,
         "4",
-        "Ticks from command to command in `slow`: 4 at 4 kHz are a computer of 1 kHz, 5 at 20 kHz one of 50 us x 5.",
+        "Ticks from command to command in `slow`: 4 at 4 kHz correspond to a computer at 1 kHz, 5 at 20 kHz \
+         to one with 50 us x 5.",
     ),
-    Field::default("lines", Shape::Integer, "120", "About so many lines in equal ratios, 5 Hz to 1.5 kHz."),
+    Field::default(
+        "lines",
+        Shape::Integer,
+        "120",
+        "Approximate number of log-spaced lines, 5 Hz to 1.5 kHz.",
+    ),
     Field::default("windows", Shape::Integer, "6", "Windows of 1 s in each point with a multisine."),
     Field::default("step-level", Shape::Quantity(Q::Voltage), "2 V", "Height of the steps; 1 V is 1 A."),
-    Field::default("steps", Shape::Integer, "40", "Steps of the point `onset`."),
-    Field::default("captures", Shape::Integer, "8", "Records of the oscilloscope in the point `probe`."),
+    Field::default("steps", Shape::Integer, "40", "Number of steps in the point `onset`."),
+    Field::default("captures", Shape::Integer, "8", "Number of oscilloscope records in the point `probe`."),
 ];
 
 /// A way to measure, one point or more.
@@ -105,7 +111,7 @@ impl ReadKeys for Keys {
         let windows = windows?;
         table.check_steps("level", &[levels_v.len(), lines as usize]);
         if levels_v.iter().any(|level| *level <= 0.0) {
-            table.mistake("level", "a level is positive", None);
+            table.mistake("level", "give a positive level", None);
         }
         Some(Self {
             elevation_rad: elevation_rad?,
@@ -150,7 +156,7 @@ const LEVEL: &str = "level";
 pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
     let limits = limits_of(axis, axes)?;
     let Some(nm_per_a) = limits.torque_constant_nm_per_a.filter(|_| limits.loop_rate_hz > 0.0) else {
-        let message = format!("axis `{axis}`: neither loop rate nor torque constant may be unknown");
+        let message = format!("axis `{axis}`: loop rate and torque constant must be known");
         return Err(vec![Diagnostic::new(message)]);
     };
     let elevation = Elevation::of(axis, axes).axis();

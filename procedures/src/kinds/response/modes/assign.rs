@@ -11,13 +11,18 @@ pub(super) const EXPECTED: &[Field] = &[
         Shape::Quantities(Q::Angle),
         "Elevations of the calculation, ascending; between them its frequencies are interpolated.",
     ),
-    Field::optional("frequency", Shape::Quantities(Q::Frequency), "Calculated frequency at each of them."),
-    Field::optional("band", Shape::Range(Q::Frequency), "Instead of both: where the frequency must lie."),
+    Field::optional("frequency", Shape::Quantities(Q::Frequency), "Calculated frequency at each elevation."),
+    Field::optional(
+        "band",
+        Shape::Range(Q::Frequency),
+        "Band in which the frequency must lie, instead of \
+                                                         `elevation` and `frequency`.",
+    ),
     Field::default(
         "seen-by",
         Shape::Choice(&["both", "gyro"]),
         "both",
-        "Sensors that show it: `gyro` for a mode that moves the frame but not the shaft.",
+        "Sensors that show the mode: `gyro` for one that moves the frame but not the shaft.",
     ),
 ];
 
@@ -101,7 +106,7 @@ pub(super) fn read(t: &mut TableReader<'_>) -> Option<Expected> {
     let mode = t.count("mode", 1)? as usize;
     let gyro_only = t.text("seen-by")? == "gyro";
     if mode > MOST {
-        t.mistake("mode", format!("mode {mode} has no name"), Some(format!("1 to {MOST}")));
+        t.mistake("mode", format!("mode {mode} is out of range"), Some(format!("1 to {MOST}")));
         return None;
     }
     let place = if t.has("band") { band(t) } else { curve(t) };
@@ -111,12 +116,12 @@ pub(super) fn read(t: &mut TableReader<'_>) -> Option<Expected> {
 fn band(t: &mut TableReader<'_>) -> Option<Place> {
     for key in ["elevation", "frequency"] {
         if t.has(key) {
-            t.mistake(key, format!("`band` and `{key}` exclude each other"), None);
+            t.mistake(key, format!("`band` and `{key}` cannot be given together"), None);
         }
     }
     let band = t.range("band")?;
     if band[0] <= 0.0 {
-        t.mistake("band", "a frequency is positive", None);
+        t.mistake("band", "give a positive frequency", None);
         return None;
     }
     Some(Place::Band(band))
@@ -125,22 +130,22 @@ fn band(t: &mut TableReader<'_>) -> Option<Place> {
 fn curve(t: &mut TableReader<'_>) -> Option<Place> {
     if !t.has("elevation") || !t.has("frequency") {
         let help = "`elevation` with `frequency`, or `band`".to_owned();
-        t.mistake("mode", "nothing says where the mode is expected", Some(help));
+        t.mistake("mode", "the expected frequency of the mode is missing", Some(help));
         return None;
     }
     let elevations = t.quantities("elevation")?;
     let frequencies = t.quantities("frequency")?;
     if elevations.len() != frequencies.len() {
         let message = format!("{} frequencies at {} elevations", frequencies.len(), elevations.len());
-        t.mistake("frequency", message, Some("one frequency for each elevation".to_owned()));
+        t.mistake("frequency", message, Some("give one frequency for each elevation".to_owned()));
         return None;
     }
     if elevations.windows(2).any(|pair| pair[0] >= pair[1]) {
-        t.mistake("elevation", "elevations of a calculation ascend", None);
+        t.mistake("elevation", "list the elevations in ascending order", None);
         return None;
     }
     if frequencies.iter().any(|f| *f <= 0.0) {
-        t.mistake("frequency", "a frequency is positive", None);
+        t.mistake("frequency", "give a positive frequency", None);
         return None;
     }
     Some(Place::Curve(elevations.into_iter().zip(frequencies).collect()))
@@ -149,12 +154,16 @@ fn curve(t: &mut TableReader<'_>) -> Option<Place> {
 /// Refuses none, one twice, and modes that do not ascend.
 pub(super) fn checked(t: &mut TableReader<'_>, expected: Vec<Expected>) -> Option<Vec<Expected>> {
     if expected.is_empty() {
-        t.mistake("expected", "no mode is expected", Some("one `[[expected]]` table or more".to_owned()));
+        t.mistake(
+            "expected",
+            "no mode is expected",
+            Some("add at least one `[[expected]]` table".to_owned()),
+        );
         return None;
     }
     if expected.windows(2).any(|pair| pair[0].mode >= pair[1].mode) {
-        let help = "each number once".to_owned();
-        t.mistake("expected", "modes stand in ascending order of their numbers", Some(help));
+        let help = "use each number once".to_owned();
+        t.mistake("expected", "list the modes in ascending order of their numbers", Some(help));
         return None;
     }
     Some(expected)

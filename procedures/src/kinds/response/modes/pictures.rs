@@ -50,7 +50,7 @@ fn missed(keys: &Keys, points: &[PointResult]) -> Vec<String> {
         let names: Vec<String> = points.iter().filter(of_mode).map(|p| p.point.clone()).collect();
         if !names.is_empty() {
             all.push(format!(
-                "Mode {} was expected and is not visible at {}.",
+                "Mode {} was expected but is not visible at {}.",
                 expected.mode,
                 names.join("; ")
             ));
@@ -73,7 +73,7 @@ fn unexpected(entries: &[Entry<'_>]) -> Vec<String> {
     if strange.is_empty() {
         Vec::new()
     } else {
-        vec![format!("Found and not expected: {}.", listed(&strange))]
+        vec![format!("Found but not expected: {}.", listed(&strange))]
     }
 }
 
@@ -90,7 +90,8 @@ fn changed(keys: &Keys, entries: &[Entry<'_>]) -> Vec<String> {
         all.extend(turns.map(|pair| {
             let [from, to] = [pair[0], pair[1]].map(|e| degrees(e.elevation_rad));
             format!(
-                "Mode {} turns gyro against encoder between {from} and {to}: modes may have crossed there.",
+                "The participation of mode {} in gyro and encoder changes its relative sign between {from} \
+                 and {to}: modes may have crossed there.",
                 expected.mode
             )
         }));

@@ -240,7 +240,10 @@ fn frequency(axis: &str, e: &Expected, fitted: &Fitted, k: usize, elevation_rad:
     }
     let misfit = fitted.modal.fit.misfit_ratio();
     if misfit > GOOD_MISFIT {
-        flags.push(format!("fit misses the lines by {:.1} times their noise, u widened", misfit.sqrt()));
+        flags.push(format!(
+            "the fit deviates from the lines by {:.1} times their noise, u widened",
+            misfit.sqrt()
+        ));
     }
     Measurement { flags, ..Measurement::new(e.measurand(), axis, e.kind(), Some(measured), ESTIMATOR) }
 }

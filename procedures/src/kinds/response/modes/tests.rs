@@ -251,8 +251,8 @@ fn expectations_that_contradict_themselves_are_refused_with_the_reason() {
         ("mode = 2", "mode = 1", "ascending order of their numbers"),
         ("\"10.0 Hz\", ", "", "2 frequencies at 3 elevations"),
         ("mode = 4\nband", "mode = 4\nelevation = [\"0 deg\"]\nband", "exclude each other"),
-        ("band = \"43 Hz .. 54 Hz\"", "", "nothing says where the mode is expected"),
-        ("\"10.0 Hz\"", "\"-1 Hz\"", "a frequency is positive"),
+        ("band = \"43 Hz .. 54 Hz\"", "", "the expected frequency of the mode is missing"),
+        ("\"10.0 Hz\"", "\"-1 Hz\"", "give a positive frequency"),
     ] {
         let found = with(from, to);
         assert!(found.contains(message), "{to}: {found}");

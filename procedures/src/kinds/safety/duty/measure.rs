@@ -131,7 +131,7 @@ impl Point<'_> {
             Ok(estimate) => Measurement::new(name, axis, kind, Some(estimate), ESTIMATOR),
             Err(reason) => Measurement::inconclusive(name, axis, kind, ESTIMATOR, reason),
         };
-        let flags = self.cut.iter().map(|_| "as far as the point came".to_owned()).collect();
+        let flags = self.cut.iter().map(|_| "up to the end of the point".to_owned()).collect();
         Measurement {
             point: Some(self.case.point.clone()),
             flags,

@@ -18,52 +18,58 @@ const SLEW: &[Field] = &[
     Field::optional(
         AXIS_KEYS[0],
         Shape::Range(Q::Angle),
-        "From and to, of the axis that carries the other one, or of the only axis of a rig.",
+        "Start and end of the slew of the carrying axis, or of the only axis of a rig.",
     ),
-    Field::optional(AXIS_KEYS[1], Shape::Range(Q::Angle), "From and to, of the axis that is carried."),
-    Field::optional(OLD_KEYS[0], Shape::Range(Q::Angle), "What older files call `azimuth`."),
-    Field::optional(OLD_KEYS[1], Shape::Range(Q::Angle), "What older files call `elevation`."),
+    Field::optional(AXIS_KEYS[1], Shape::Range(Q::Angle), "Start and end of the slew of the carried axis."),
+    Field::optional(OLD_KEYS[0], Shape::Range(Q::Angle), "Older name of the key for the carrying axis."),
+    Field::optional(OLD_KEYS[1], Shape::Range(Q::Angle), "Older name of the key for the carried axis."),
 ];
 
 pub(super) const FIELDS: &[Field] = &[
     Field::required(
         "slew",
         Shape::Table(SLEW),
-        "Ends of the slews: one axis alone, or both at once; the procedure's own axis is among them.",
+        "Ends of the slews: of one axis alone, or of both at once; the procedure's own axis must be among them.",
     ),
     Field::default("rate", Shape::Quantity(Q::AngularVelocity), "60 deg/s", "Rate of the slews."),
     Field::default(
         "acceleration",
         Shape::Quantity(Q::AngularAcceleration),
         "80 deg/s^2",
-        "Their acceleration; the cycle's requirement names none (E17, E22), and the largest takes all of the torque.",
+        "Their acceleration; the cycle's requirement names none (E17, E22), and the largest possible one \
+         needs all of the torque.",
     ),
-    Field::default("track", Shape::Quantity(Q::Time), "6 s", "Time between two slews."),
+    Field::default("track", Shape::Quantity(Q::Time), "6 s", "Tracking time between two slews."),
     Field::default(
         "track-rate",
         Shape::Quantity(Q::AngularVelocity),
         "0.674 deg/s",
-        "Rate in it, out and back; rest for less than 0.001 deg/s.",
+        "Rate while tracking, out and back; the axis rests for less than 0.001 deg/s.",
     ),
-    Field::default("cycles", Shape::Integer, "10", "Cycles without a pause."),
+    Field::default("cycles", Shape::Integer, "10", "Number of cycles without a pause."),
     Field::default(
         "continuous-current-az",
         Shape::Quantity(Q::Current),
         "14.2 A",
-        "Current that azimuth bears without end.",
+        "Continuous current of azimuth.",
     ),
-    Field::default("continuous-current-el", Shape::Quantity(Q::Current), "16.8 A", "The same of elevation."),
+    Field::default(
+        "continuous-current-el",
+        Shape::Quantity(Q::Current),
+        "16.8 A",
+        "Continuous current of elevation.",
+    ),
     Field::default(
         "longest-heat-sink-time",
         Shape::Quantity(Q::Time),
         "30 min",
-        "No heat sink has a longer time constant.",
+        "Upper bound of the time constant of a heat sink.",
     ),
     Field::default(
         "current-uncertainty",
         Shape::Quantity(Q::Ratio),
         "0.5 %",
-        "Standard uncertainty of the scale of currents, drives and clamps.",
+        "Standard uncertainty of the scale of the currents of drives and clamps.",
     ),
     Field::default(
         "voltage-uncertainty",
@@ -181,14 +187,14 @@ pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Ve
     let names = names_of(axis, axes);
     if let Some(index) = keys.axes().find(|&index| names[index].is_none()) {
         let message =
-            format!("`[slew]` says where `{}` slews, and the rig has no such axis", AXIS_KEYS[index]);
+            format!("`[slew]` gives the slew of `{}`, but the rig has no such axis", AXIS_KEYS[index]);
         return Err(vec![Diagnostic::new(message).help(format!("axis `{axis}` is `{}`", AXIS_KEYS[0]))]);
     }
     let own = names.iter().position(|name| *name == Some(axis)).filter(|&own| keys.slew_rad[own].is_some());
     let Some(own) = own else {
         let key =
             names.iter().position(|name| *name == Some(axis)).map_or(AXIS_KEYS[0], |own| AXIS_KEYS[own]);
-        let message = format!("`[slew]` does not say where axis `{axis}` slews");
+        let message = format!("`[slew]` does not give the slew of axis `{axis}`");
         let help = format!("add `{key} = \"…\"` to it, or name another `axis`");
         return Err(vec![Diagnostic::new(message).help(help)]);
     };
@@ -242,7 +248,7 @@ fn case(
     }
     if keys.track_rad_per_s.is_some_and(|rate| way_rad(rate, keys.track_s) <= 0.0) {
         let message = "`track` is too short to go out and back at `track-rate`";
-        return Err(Diagnostic::new(message).help("track longer or slower"));
+        return Err(Diagnostic::new(message).help("use a longer `track` or a lower `track-rate`"));
     }
     let axis = pair.names[pair.own].unwrap_or_default().to_owned();
     // Peaks of the DC link are those of every row.

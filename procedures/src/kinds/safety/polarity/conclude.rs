@@ -116,7 +116,8 @@ pub(super) fn conclude(cases: &[Case], points: &[PointResult], axes: &Axes) -> C
         }
         if !axis.has_gyro {
             conclusion.remarks.push(format!(
-                "No gyro sees {name}: its signs and its torque scale are proven by its encoder alone, counts per turn are not."
+                "No gyro measures {name}: its signs and torque scale are proven by its encoder alone, its \
+                 counts per turn are not."
             ));
         }
         all.extend(faults(&axis));
@@ -217,7 +218,7 @@ fn measurements(axis: &Axis, pulses: Point<'_>, ramps: Point<'_>) -> Vec<Measure
                     let reason = axis.why(if axis.has_gyro {
                         "nothing could be evaluated"
                     } else {
-                        "no gyro sees this axis"
+                        "no gyro measures this axis"
                     });
                     Measurement::inconclusive(measurand, &axis.name, kind, ESTIMATOR, reason)
                 }
@@ -274,8 +275,8 @@ pub(super) fn faults(axis: &Axis) -> Vec<String> {
     let moved = pulses.presliding;
     if moved.0.abs() < STILL {
         all.push(format!(
-            "no answer of {name}: its encoder shows {:.3} of the expected motion under torque; motor without current, \
-             brake or lock engaged, or encoder of another axis",
+            "no response of {name}: its encoder shows {:.3} of the expected motion under torque; possible \
+             causes: motor without current, brake or lock engaged, or encoder of another axis",
             moved.0.abs()
         ));
         return all;
@@ -319,16 +320,17 @@ fn motion(axis: &Axis, gyro: &ByGyro, all: &mut Vec<String>) -> bool {
         ));
     } else if other.abs() > SAME && own.abs() < 1.0 - SAME {
         all.push(format!(
-            "axes swapped: torque on {name} turns {} (gyros see {:.2} of the motion about it, expected 0); motor and encoder \
-             cables of the two drives exchanged",
+            "axes swapped: torque on {name} turns {} (gyros see {:.2} of the motion about it, expected 0); \
+             motor and encoder cables of the two drives exchanged",
             axis.other,
             other.abs()
         ));
         return false;
     } else if own.abs() < SAME {
         all.push(format!(
-            "gyro mounting: motion of {name} shows along [{:.2}, {:.2}, {:.2}] (left, up, ahead), expected [{:.2}, {:.2}, \
-             {:.2}]; sign of one gyro or mounting angle wrong, or {name} not at the pose of the plan",
+            "gyro mounting: motion of {name} appears along [{:.2}, {:.2}, {:.2}] (left, up, ahead), \
+             expected [{:.2}, {:.2}, {:.2}]; sign of one gyro or mounting angle wrong, or {name} not at the \
+             pose of the plan",
             gyro.along[0], gyro.along[1], gyro.along[2], axis.expected[0], axis.expected[1], axis.expected[2]
         ));
     }
@@ -339,8 +341,9 @@ fn motion(axis: &Axis, gyro: &ByGyro, all: &mut Vec<String>) -> bool {
 fn sign_by_encoder(name: &str, by_torque: f64) -> Option<String> {
     (by_torque < 0.0).then(|| {
         format!(
-            "torque or encoder sign of {name}: the encoder goes against the torque (torque to encoder: expected +, found -); \
-             motor phases exchanged, or the encoder mounted or set the other way round"
+            "torque or encoder sign of {name}: the encoder moves against the torque (torque to encoder: \
+             expected +, found -); motor phases exchanged, or the encoder mounted or configured the other \
+             way round"
         )
     })
 }
@@ -369,8 +372,9 @@ fn pose(axis: &Axis) -> Option<String> {
         format!("pose of {}: ", axis.name)
     };
     Some(format!(
-        "{likely}at rest the encoder of {} shows {} where the plan has {} within {} (`zero-tolerance`); sign, zero, counts \
-         per turn or cables of the encoder wrong, or the axis was not brought there",
+        "{likely}at rest the encoder of {} shows {}, but the plan expects {} within {} (`zero-tolerance`); \
+         sign, zero, counts per turn or cabling of the encoder wrong, or the axis was not brought to that \
+         pose",
         axis.name,
         Q::Angle.format(shown),
         Q::Angle.format(wanted),
@@ -384,13 +388,16 @@ fn sign(name: &str, by_torque: f64, by_gyro: f64) -> Option<String> {
     let (what, why) = match (torque_encoder, encoder_gyro) {
         ("+", "+") => return None,
         ("-", "+") => {
-            ("torque sign", "encoder and gyro agree, both go against the torque: motor phases exchanged")
+            ("torque sign", "encoder and gyro agree but move against the torque: motor phases exchanged")
         }
         ("-", _) => (
             "encoder sign",
-            "the encoder goes against torque and gyro: it is mounted or set the other way round",
+            "the encoder moves against torque and gyro: it is mounted or configured the other way round",
         ),
-        _ => ("gyro sign", "the gyro goes against torque and encoder: sign or mounting of the inertial unit"),
+        _ => (
+            "gyro sign",
+            "the gyro moves against torque and encoder: wrong sign or mounting of the inertial unit",
+        ),
     };
     Some(format!(
         "{what} of {name}: {why} (torque to encoder: expected +, found {torque_encoder}; encoder to gyro: expected +, \
@@ -404,8 +411,8 @@ fn turns(axis: &Axis, all: &mut Vec<String>) -> bool {
     let wrong = (ratio - 1.0).abs() > TURN_RATIO + COVERAGE * u && ratio > SILENT;
     if wrong {
         all.push(format!(
-            "encoder modulus of {}: the gyros turn {ratio:.3} times as far as the encoder (expected 1 within {TURN_RATIO}); \
-             real counts per turn are {:.3} of what the drive says (608Fh)",
+            "encoder modulus of {}: the gyros show {ratio:.3} times the angle of the encoder (expected 1 \
+             within {TURN_RATIO}); the real counts per turn are {:.3} of the value in the drive (608Fh)",
             axis.name,
             1.0 / ratio
         ));
@@ -419,8 +426,9 @@ fn scale(axis: &Axis, moved: (f64, f64), turned: f64, all: &mut Vec<String>) {
     let ratio = moved.0.abs() * turned;
     if !(PRESLIDING[0]..=PRESLIDING[1]).contains(&ratio) {
         all.push(format!(
-            "torque scale of {name}: a small torque moves the axis {ratio:.2} times as far as its bristles let it (expected \
-             {} to {}); torque constant or scaling of the drive (6075h, 6076h)",
+            "torque scale of {name}: a small torque moves the axis {ratio:.2} times as far as its \
+             presliding stiffness allows (expected {} to {}); wrong torque constant or scaling of the drive \
+             (6075h, 6076h)",
             PRESLIDING[0], PRESLIDING[1]
         ));
         return;
@@ -428,8 +436,9 @@ fn scale(axis: &Axis, moved: (f64, f64), turned: f64, all: &mut Vec<String>) {
     let Some(found) = axis.scale.map(|scale| times(scale, turned)) else { return };
     if axis.is_off(found) {
         all.push(format!(
-            "torque scale of {name}: the axis accelerates as by {:.2} of the torque that the drive reports (expected 1 within \
-             {TORQUE_RATIO}, U = {:.2}); torque constant, scaling of the drive (6075h, 6076h) or inertia",
+            "torque scale of {name}: the axis accelerates as by {:.2} of the torque that the drive reports \
+             (expected 1 within {TORQUE_RATIO}, U = {:.2}); wrong torque constant, scaling of the drive \
+             (6075h, 6076h) or inertia",
             found.value.abs(),
             axis.scale_expanded_u(found)
         ));
@@ -450,9 +459,10 @@ fn small_motions(axis: &Axis) -> Option<String> {
     let is_proven = (gyros.value.abs() - 1.0).abs() + axis.scale_expanded_u(gyros) <= TORQUE_RATIO;
     (axis.is_off(encoder) && is_proven).then(|| {
         format!(
-            "encoder of {}: by its encoder the axis accelerates as by {:.2} of the torque that the drive reports, by the \
-             gyros as by {:.2} (expected 1 within {TORQUE_RATIO}, U = {:.2}); the encoder errs over small motions: \
-             play of its coupling, interpolation within its pitches, signal levels, mounting of the head",
+            "encoder of {}: by its encoder the axis accelerates as by {:.2} of the torque that the drive \
+             reports, by the gyros as by {:.2} (expected 1 within {TORQUE_RATIO}, U = {:.2}); the encoder \
+             is wrong over small motions: play of its coupling, interpolation within its pitches, signal \
+             levels or mounting of the head",
             axis.name,
             encoder.value.abs(),
             gyros.value.abs(),

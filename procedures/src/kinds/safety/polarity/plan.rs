@@ -19,8 +19,9 @@ pub(super) const FIELDS: &[Field] = &[
         POSE_KEYS[0],
         Shape::Quantity(Q::Angle),
         "20 deg",
-        "Azimuth, or the first axis of a rig without gimbal: at least 30 deg from its soft limits, and not where the encoder counts \
-         zero. An axis that no gyro sees is proven by its encoder alone: signs and torque scale, not counts per turn.",
+        "Azimuth, or the first axis of a rig without gimbal: at least 30 deg from its soft limits, and not \
+         where the encoder counts zero. For an axis that no gyro measures, the encoder alone proves signs \
+         and torque scale, but not counts per turn.",
     ),
     Field::default(
         POSE_KEYS[1],
@@ -31,7 +32,8 @@ pub(super) const FIELDS: &[Field] = &[
     Field::optional(
         "pose",
         Shape::Map(&Shape::Text),
-        "Poses of axes by name, `{ roll = \"20 deg\" }`, before those of the other two keys; every axis beyond the second has one.",
+        "Poses by name of axis, `{ roll = \"20 deg\" }`, which take precedence over the other two keys; \
+         required for every axis beyond the second.",
     ),
 ];
 
@@ -134,8 +136,8 @@ pub(super) fn plan(keys: &Keys, first: &str, axes: &Axes) -> Result<Vec<Case>, V
         .flat_map(|axis| match stands(axis) {
             Some((key, pose_rad)) => refusals(&key, pose_rad, axis),
             None => {
-                let message = format!("nothing says where axis `{}` stands", axis.name);
-                let help = format!("say `pose = {{ {} = \"20 deg\" }}`", axis.name);
+                let message = format!("the pose of axis `{}` is missing", axis.name);
+                let help = format!("add `pose = {{ {} = \"20 deg\" }}`", axis.name);
                 vec![Diagnostic::new(message).help(help)]
             }
         })
@@ -261,7 +263,7 @@ fn refusals(key: &str, pose: f64, axis: &Axis) -> Vec<Diagnostic> {
         (limits.polarity_torque_nm, "safety.polarity-torque"),
     ] {
         if value <= 0.0 {
-            let message = format!("axis `{name}` has no `{key}`: the first motion cannot be sized");
+            let message = format!("axis `{name}` has no `{key}`: the first motion cannot be computed");
             found.push(Diagnostic::new(message).help(format!("give `axis.{name}.{key}` in the rig file")));
         }
     }

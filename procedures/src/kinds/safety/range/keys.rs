@@ -9,17 +9,17 @@ pub(super) const FIELDS: &[Field] = &[
     Field::required(
         "points",
         Shape::Texts,
-        "What is run: `ends`, `full-speed`, `soft-bench`, `soft-drive`, `zone`.",
+        "Points to run: `ends`, `full-speed`, `soft-bench`, `soft-drive`, `zone`.",
     ),
+    Field::default("creep", Shape::Quantity(Q::AngularVelocity), "5 deg/s", "Creep rate from end to end."),
+    Field::default("full-speed", Shape::Quantity(Q::AngularVelocity), "60 deg/s", "Rate of the fast moves."),
+    Field::required("fence", Shape::Range(Q::Angle), "Soft limits that the axis is ordered to pass."),
     Field::default(
-        "creep",
-        Shape::Quantity(Q::AngularVelocity),
-        "5 deg/s",
-        "Rate from end to end, inside the soft limits.",
+        "beyond",
+        Shape::Quantity(Q::Angle),
+        "15 deg",
+        "Distance past the soft limits to which a move is ordered.",
     ),
-    Field::default("full-speed", Shape::Quantity(Q::AngularVelocity), "60 deg/s", "Full speed."),
-    Field::required("fence", Shape::Range(Q::Angle), "Soft limits that the axis is ordered past."),
-    Field::default("beyond", Shape::Quantity(Q::Angle), "15 deg", "How far past them a move is ordered."),
 ];
 
 /// What a point is about.

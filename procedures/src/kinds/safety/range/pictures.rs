@@ -122,7 +122,7 @@ fn map(all: &[Approach<'_>], limits: &AxisLimits) -> Plot {
     let rows: Vec<f64> = (1..=all.len()).map(|row| row as f64).collect();
     let reached = |a: &Approach<'_>| a.angle_deg[a.farthest()];
     let way = |(row, a): (&f64, &Approach<'_>)| {
-        Series::new("way of the axis", Style::Line, vec![a.start_deg, reached(a)], vec![*row, *row])
+        Series::new("path of the axis", Style::Line, vec![a.start_deg, reached(a)], vec![*row, *row])
     };
     let markers = |label: &str, value: &dyn Fn(&Approach<'_>) -> f64| {
         Series::new(label, Style::Markers, all.iter().map(value).collect(), rows.clone())
@@ -131,7 +131,7 @@ fn map(all: &[Approach<'_>], limits: &AxisLimits) -> Plot {
     series.extend([
         markers("limit", &|a| a.limit_deg),
         markers("ordered to", &|a| a.target_deg),
-        markers("came to", &reached),
+        markers("reached", &reached),
     ]);
     let mark = |label: &str, rad: f64| Mark { label: label.to_owned(), x: Q::Angle.to_display(rad) };
     let marks = [("end of travel", limits.travel_rad), ("soft limit", limits.soft_limits_rad)];
@@ -153,9 +153,9 @@ fn past(all: &[Approach<'_>]) -> Plot {
     let notes = past.iter().zip(&rows).map(note).collect();
     let abscissa = Scale::linear("farthest past the limit (negative: short of it)", "deg");
     let plot =
-        Plot::new("past-the-limit", "Where the axis was stopped, from its limit", abscissa, Scale::default());
+        Plot::new("past-the-limit", "Stopping position relative to the limit", abscissa, Scale::default());
     Plot {
-        series: vec![Series::new("farthest place", Style::Bars, past, rows)],
+        series: vec![Series::new("farthest position", Style::Bars, past, rows)],
         marks: vec![Mark { label: "limit".to_owned(), x: 0.0 }],
         notes,
         rows: names(all),
@@ -190,7 +190,7 @@ fn overlay(all: &[Approach<'_>]) -> Plot {
     let plot = Plot::new(
         "approaches",
         "Approaches to the limit",
-        Scale::linear("time since the farthest place", "s"),
+        Scale::linear("time since the farthest position", "s"),
         ordinate,
     );
     Plot {

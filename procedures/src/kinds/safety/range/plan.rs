@@ -63,7 +63,8 @@ pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Ve
             Q::Angle.format(high)
         );
         return Err(vec![
-            Diagnostic::new(message).help("what is ordered past a limit must end where the rig allows it"),
+            Diagnostic::new(message)
+                .help("a move past a limit of the point must end where the rig allows it"),
         ]);
     }
     let pair = axes.gimbal().ok().and_then(|gimbal| {

@@ -228,7 +228,7 @@ fn the_map_shows_travel_limits_orders_and_where_the_axis_came_to_in_every_direct
     let near = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-9, "{found} of {expected}");
     near(series("limit").x[3], -30.0);
     near(series("ordered to").x[3], -45.0);
-    near(series("came to").x[3], -28.5);
+    near(series("reached").x[3], -28.5);
     let marks: Vec<f64> = map.marks.iter().map(|m| m.x.round()).collect();
     assert_eq!(marks, [-160.0, 160.0, -159.0, 159.0]);
     assert!(

@@ -47,11 +47,11 @@ pub(super) const LATENESS: &str = "lateness";
 /// All measurands of the kind.
 pub(super) const MEASURANDS: &[Measurand] = &[
     Measurand::new("encoder-noise", Q::Angle, "Noise of an encoder while its axis rests."),
-    Measurand::new("current-offset", Q::Current, "Mean motor current that a drive shows at zero torque."),
+    Measurand::new("current-offset", Q::Current, "Mean motor current that a drive reports at zero torque."),
     Measurand::new(
         "current-noise",
         Q::Current,
-        "Noise of the motor current that a drive shows at zero torque.",
+        "Noise of the motor current that a drive reports at zero torque.",
     ),
     Measurand::new("bus-voltage-at-rest", Q::Voltage, "Mean voltage of the DC link."),
     Measurand::new("heat-sink-at-rest", Q::Temperature, "Mean temperature of a drive's heat sink."),
@@ -76,8 +76,17 @@ pub(super) const MEASURANDS: &[Measurand] = &[
     Measurand::new("mirror-gauge-noise", Q::Angle, "Noise of the strain gauges of the mirror."),
     Measurand::new("mirror-reference-offset", Q::Angle, "Mean tilt of the mirror by its autocollimator."),
     Measurand::new("mirror-reference-noise", Q::Angle, "Noise of the autocollimator of the mirror."),
-    Measurand::new("autocollimator-offset", Q::Angle, "Mean of an axis' autocollimator less its encoder."),
-    Measurand::new("autocollimator-noise", Q::Angle, "Noise of an axis' autocollimator less its encoder."),
+    Measurand::new(
+        "autocollimator-offset",
+        Q::Angle,
+        "Mean difference between an axis' autocollimator and its encoder.",
+    ),
+    Measurand::new(
+        "autocollimator-noise",
+        Q::Angle,
+        "Noise of the difference between an axis' \
+                                                      autocollimator and its encoder.",
+    ),
     Measurand::new("analog-offset", Q::Voltage, "Mean of the looped-back analog input."),
     Measurand::new("analog-noise", Q::Voltage, "Noise of the looped-back analog input."),
     Measurand::new("clamp-offset", Q::Current, "Mean of a current clamp on the DC link."),

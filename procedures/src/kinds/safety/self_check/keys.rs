@@ -10,13 +10,13 @@ use crate::quantity::QuantityKind as Q;
 use crate::table::{Field, Shape, TableReader, suggestion};
 
 pub(super) const FIELDS: &[Field] = &[
-    Field::default("duration", Shape::Quantity(Q::Time), "3 s", "How long everything is watched."),
-    Field::default("azimuth", Shape::Quantity(Q::Angle), "0 deg", "Azimuth at which it rests."),
-    Field::default("elevation", Shape::Quantity(Q::Angle), "40 deg", "Elevation at which it rests."),
+    Field::default("duration", Shape::Quantity(Q::Time), "3 s", "Time for which all channels are recorded."),
+    Field::default("azimuth", Shape::Quantity(Q::Angle), "0 deg", "Azimuth of the director meanwhile."),
+    Field::default("elevation", Shape::Quantity(Q::Angle), "40 deg", "Elevation of the director meanwhile."),
     Field::optional(
         "drift",
         Shape::Map(&Shape::Text),
-        "Largest change since the self-check before, by measurand: `gyro-offset = \"0.002 deg/s\"`.",
+        "Largest allowed change since the earlier self-check, by measurand: `gyro-offset = \"0.002 deg/s\"`.",
     ),
 ];
 

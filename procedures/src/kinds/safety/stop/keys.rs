@@ -18,13 +18,17 @@ pub(super) const FIELDS: &[Field] = &[
         "torque-off-speed",
         Shape::Quantity(Q::AngularVelocity),
         "15 deg/s",
-        "The same where the torque is taken away.",
+        "Speed at which the torque is switched off.",
     ),
-    Field::required("span", Shape::Range(Q::Angle), "Where runs begin, each towards the other end."),
+    Field::required(
+        "span",
+        Shape::Range(Q::Angle),
+        "Ends at which runs begin, each run towards the other end.",
+    ),
     Field::required(
         "fence",
         Shape::Range(Q::Angle),
-        "Soft limits of the points `soft-limit`, inside `span`.",
+        "Soft limits for the points `soft-limit`, inside `span`.",
     ),
 ];
 
@@ -80,7 +84,7 @@ impl ReadKeys for Keys {
         let span_rad = span?;
         let fence_rad = fence?;
         if fence_rad[0] <= span_rad[0] || fence_rad[1] >= span_rad[1] {
-            let help = "runs begin outside the limit behind them and inside the one ahead".to_owned();
+            let help = "choose limits inside `span`: runs begin outside the limit behind them and inside the one ahead".to_owned();
             table.mistake("fence", "`fence` does not lie inside `span`", Some(help));
         }
         Some(Self { ways: ways?, speed_rad_per_s: speed?, torque_off_rad_per_s: off?, span_rad, fence_rad })

@@ -66,13 +66,13 @@ pub(super) fn pictures(points: &[PointResult]) -> Vec<Plot> {
     }
     let angles = Plot::new(
         "stop-angles",
-        "Angles of the stops against the computed",
+        "Angles of the stops against the computed ones",
         Scale::linear("angle from the cause to standstill", "deg"),
         Scale::default(),
     );
     let times = Plot::new(
         "stop-times",
-        "Times of the stops against the computed",
+        "Times of the stops against the computed ones",
         Scale::linear("time from the cause to standstill", "s"),
         Scale::default(),
     );
@@ -96,12 +96,7 @@ fn bars(
     let (computed, computed_heights): (Vec<f64>, Vec<f64>) = marked.unzip();
     let mut series = vec![Series::new("reached", Style::Bars, reached, heights)];
     if !computed.is_empty() {
-        series.push(Series::new(
-            "computed: the most it may take",
-            Style::Markers,
-            computed,
-            computed_heights,
-        ));
+        series.push(Series::new("computed upper bound", Style::Markers, computed, computed_heights));
     }
     Plot { series, rows: rows.iter().map(|row| row.name.clone()).collect(), ..plot }
 }

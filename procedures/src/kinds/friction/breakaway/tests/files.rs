@@ -61,7 +61,7 @@ periods = 2
       |
     1 | schema = 1
       | ^
-      = help: add [map]: a slow stroke shows cogging, unbalance and spring, which are taken off the ramps
+      = help: add [map]: a slow stroke that measures cogging, unbalance and spring, which are subtracted from the ramps
     error: `displacement`: expected an angle such as `10 deg`, found `0.6 Hz`, a frequency
      --> x.toml:6:16
       |

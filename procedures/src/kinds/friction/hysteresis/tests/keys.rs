@@ -103,7 +103,7 @@ error: the procedure has no `[sweep]`: it judges imported records only
         read("[sweep]\nvelocity = [\"2 deg/s\"]\nspan = \"0 deg .. 80 deg\"\n").expect("the keys are right");
     assert_snapshot!(all(&sweep.plan("el", &rig(&[&coarse])).expect_err("too coarse")), @r#"
 error: torque quantum 1 N*m is coarser than 1/300 of the expected static friction, 0.14375 N*m
-  = help: scale the drive's rated torque (6076h) down
+  = help: reduce the drive's rated torque (6076h)
 "#);
     assert_snapshot!(all(&sweep.plan("elevation", &rig(&[&coarse])).expect_err("no such axis")), @r#"
 error: the rig has no axis `elevation`
@@ -120,13 +120,13 @@ error: neither `span` nor `periods`
   |
 1 | [sweep]
   | ^^^^^^^
-  = help: give `span = "-60 deg .. 60 deg"`, or `periods = 2` for as much as each velocity needs
+  = help: give `span = "-60 deg .. 60 deg"`, or `periods = 2` for the span that each velocity needs
 error: a velocity that is not above 0
  --> procedure.toml:2:12
   |
 2 | velocity = ["2 deg/s", "-2 deg/s"]
   |            ^^^^^^^^^^^^^^^^^^^^^^^
-  = help: both directions of every velocity are run, so give it as a positive number
+  = help: give a positive velocity; every velocity is run in both directions
 error: `cycles` must be at least 1, found 0
  --> procedure.toml:3:10
   |
@@ -145,7 +145,7 @@ error: both `span` and `periods`
   |
 5 | periods = 2
   |           ^
-  = help: give `span = "-60 deg .. 60 deg"`, or `periods = 2` for as much as each velocity needs
+  = help: give `span = "-60 deg .. 60 deg"`, or `periods = 2` for the span that each velocity needs
 "#);
     assert_snapshot!(
         wrong("[sweep]\nvelocity = [\"2 deg/s\"]\nspan = \"-60 deg .. 60 deg\"\nopposite-span = \"100 deg .. 160 deg\"\n"),
@@ -155,7 +155,7 @@ error: not half a turn from `span`
   |
 4 | opposite-span = "100 deg .. 160 deg"
   |                 ^^^^^^^^^^^^^^^^^^^^
-  = help: both limits 180 deg from those of `span`, so that A_u·cos θ changes its sign and nothing else
+  = help: shift both limits of `span` by 180 deg, so that only A_u·cos θ changes its sign
 "#
     );
 }
