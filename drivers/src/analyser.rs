@@ -113,7 +113,7 @@ impl Analyser {
     pub fn prepare(&mut self, sweep: &Sweep) -> Result<(), DeviceError> {
         let identity = self.dialogue.identity.as_ref().ok_or_else(|| DeviceError::Bus {
             device: self.settings.name.clone(),
-            reason: "a sweep was asked for before the instrument said who it is".to_owned(),
+            reason: "a sweep was requested before the instrument was identified".to_owned(),
         })?;
         model::find(&self.settings.name, identity)?.check(&self.settings.name, sweep)?;
         let script = script::of(&self.settings, sweep);
@@ -164,7 +164,7 @@ impl Analyser {
                     field: "frequency of a point",
                     expected: format!("{expected_hz:.4} Hz at point {k}"),
                     found: format!("{found_hz:.4} Hz"),
-                    help: "the instrument did not take the sweep that it was told",
+                    help: "the instrument did not accept the sweep settings",
                 });
             }
             point.frequency_hz = found_hz;

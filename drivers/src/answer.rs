@@ -12,7 +12,7 @@ pub enum FormatError {
         found: String,
     },
     /// A value that the instrument marks as not valid.
-    #[error("value {place} is {meaning}; see range, level and connections of the instrument")]
+    #[error("value {place} is {meaning}; check range, level and connections of the instrument")]
     NotValid {
         /// Place in the list, from 1.
         place: usize,
@@ -59,7 +59,7 @@ pub enum FormatError {
         limit: usize,
     },
     /// Bytes behind the end of the answer.
-    #[error("{count} bytes behind the end of the answer; another talker on the line?")]
+    #[error("{count} bytes after the end of the answer; check for another talker on the line")]
     Trailing {
         /// How many.
         count: usize,

@@ -220,7 +220,7 @@ impl Kvh {
             field: "status byte",
             expected: format!("{HEALTHY_STATUS:02X}h"),
             found,
-            help: "a gyro that has just been powered needs its start-up time; then ask for ?BIT",
+            help: "a gyro that has just been powered needs its start-up time; then query ?BIT",
         })
     }
 

@@ -190,7 +190,7 @@ impl Mirror {
         let failed = |what: &str| {
             Err(DeviceError::Bus {
                 device: self.settings.name.clone(),
-                reason: format!("{name}: {what}; see the switches and the stored parameters of the unit"),
+                reason: format!("{name}: {what}; check the switches and the stored parameters of the unit"),
             })
         };
         let digital = self.settings.command == Path::Serial;

@@ -99,7 +99,7 @@ impl Scope {
             return refused("channel", f64::from(channel), "channels are 1 to 4");
         }
         if az == el || az == sync || el == sync {
-            return refused("sync_channel", f64::from(sync), "every signal needs a channel of its own");
+            return refused("sync_channel", f64::from(sync), "every signal needs its own channel");
         }
         let dialogue = Dialogue::new(&settings.name, Want::Identity, settings.reply_timeout_s);
         Ok(Self {
@@ -254,6 +254,6 @@ fn mismatch(name: &str, field: &'static str, expected: &str, found: String) -> D
         field,
         expected: expected.to_owned(),
         found,
-        help: "see range, probes, memory and address of the instrument",
+        help: "check range, probes, memory and address of the instrument",
     }
 }

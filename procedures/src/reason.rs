@@ -129,7 +129,7 @@ pub enum Reason {
     Response(#[from] ResponseReason),
     #[error("the point was {ending}{}", in_brackets(.trips))]
     BrokenOff { ending: Ending, trips: Vec<String> },
-    #[error("{condition}: no measurement of the point reports what was achieved")]
+    #[error("{condition}: no measurement of the point reports the achieved value")]
     NotReported { condition: String },
     #[error("{condition}: {} requested, not reached", shown(condition, *.requested))]
     NotReached { condition: String, requested: f64 },
@@ -141,7 +141,7 @@ pub enum Reason {
     )]
     Far { condition: String, requested: f64, achieved: f64, allowed_ratio: f64 },
     #[error(
-        "dropped-cycles: {} of the periods missed, less than {} allowed",
+        "dropped-cycles: {} of the periods missed, less than {} is allowed",
         QuantityKind::Ratio.format(*.missed_ratio),
         QuantityKind::Ratio.format(*.allowed_ratio)
     )]
@@ -167,9 +167,9 @@ impl Reason {
 pub enum Ending {
     #[error("aborted")]
     Aborted,
-    #[error("broken off by an error of the bench")]
+    #[error("aborted by an error of the bench")]
     Errored,
-    #[error("lost: the log breaks off inside it")]
+    #[error("lost: the log ends inside it")]
     Lost,
 }
 

@@ -48,19 +48,19 @@ pub const FORMATS: &[Format] = &[
     Format {
         name: "html",
         file: "report.html",
-        doc: "One self-contained page for people, with pictures; prints on A4",
+        doc: "One self-contained page with figures; prints on A4",
         render: |results| html::render(results).into_bytes(),
     },
     Format {
         name: "json",
         file: "results.json",
-        doc: "Findings and record as data",
+        doc: "Findings and record as JSON",
         render: |results| json::render(results).into_bytes(),
     },
     Format {
         name: "junit",
         file: "junit.xml",
-        doc: "A test case for each requirement and limit, for build servers",
+        doc: "A test case for each requirement and limit, in JUnit format for build servers",
         render: |results| junit::render(results).into_bytes(),
     },
     Format {
@@ -72,13 +72,13 @@ pub const FORMATS: &[Format] = &[
     Format {
         name: "requirements-csv",
         file: "requirements.csv",
-        doc: "A row for each requirement and limit, with the number that decided",
+        doc: "A row for each requirement and limit, with the measurement that decided",
         render: |results| csv::requirements::render(results).into_bytes(),
     },
     Format {
         name: "md",
         file: "report.md",
-        doc: "Tables for merge requests",
+        doc: "Tables in Markdown, for merge requests",
         render: |results| markdown::render(results).into_bytes(),
     },
 ];

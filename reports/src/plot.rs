@@ -131,7 +131,7 @@ pub(crate) fn thinned(figure: &Figure<'_>) -> Option<String> {
     let [drawn, whole] = [count(|s| s.x.len()), count(Series::whole)].map(number::grouped::<usize>);
     let what = if few.len() == series().count() { "curves" } else { "long curves" };
     (!few.is_empty())
-        .then(|| format!("{drawn} of {whole} points of its {what} are drawn: extremes and course are kept."))
+        .then(|| format!("{drawn} of {whole} points of its {what} are drawn; extremes and shape are kept."))
 }
 
 /// What the figure shows, in words.

@@ -11,7 +11,7 @@ pub(crate) mod margin;
 pub(crate) mod shortfall;
 
 const NOT_IN_CAMPAIGN: &str = "not in this campaign";
-const NO_KIND: &str = "no kind of experiment measures it yet";
+const NO_KIND: &str = "no kind of procedure measures it yet";
 
 /// One row, cells as printed.
 #[derive(Clone, Debug)]

@@ -88,7 +88,7 @@ pub(crate) fn summary(findings: &Findings) -> String {
     let of_stops = match (stops.len(), exceeding) {
         (0, _) => "no axis was moving when it was stopped".to_owned(),
         (n, 0) => format!(
-            "{} in motion, within the computed worst case (the nearest took {:.0} % of its angle)",
+            "{} in motion, within the computed worst case (the closest used {:.0} % of its computed angle)",
             counted(n, "stop"),
             100.0 * largest_share
         ),
@@ -100,7 +100,7 @@ pub(crate) fn summary(findings: &Findings) -> String {
         all(findings).map(|(p, s)| s.trips.iter().filter(|t| is_provoked(p, t)).count()).sum();
     let of_trips = match provoked {
         0 => counted(trips, "trip"),
-        n => format!("{}, {n} of them provoked by orders past a limit", counted(trips, "trip")),
+        n => format!("{}, {n} of them provoked deliberately by moves past a limit", counted(trips, "trip")),
     };
     format!("{of_trips}; {of_stops}.")
 }
@@ -140,7 +140,7 @@ fn manner(manner: StopManner) -> &'static str {
     match manner {
         StopManner::Controlled => "under control",
         StopManner::QuickStop => "drive's quick stop",
-        StopManner::LinkLimited => "as far as the DC link let it",
+        StopManner::LinkLimited => "as far as the DC link allowed",
         StopManner::TorqueOff => "without torque",
     }
 }
@@ -169,7 +169,7 @@ pub(crate) fn worst(findings: &Findings) -> Vec<[String; 5]> {
             let c = s.computed.as_ref()?;
             let coast = match (c.coast_to_rad, c.impact_energy_j, c.impact_rad_per_s) {
                 (_, Some(energy), Some(speed)) => {
-                    format!("meets its end stop with {energy:.0} J at {:.1} deg/s", speed.to_degrees())
+                    format!("hits its end stop with {energy:.0} J at {:.1} deg/s", speed.to_degrees())
                 }
                 (Some(to), _, _) => format!("ends at {:.1} deg", to.to_degrees()),
                 _ => "—".to_owned(),

@@ -99,7 +99,7 @@ pub fn screening(findings: &Findings) -> Option<String> {
     };
     let verified = count(&[Verdict::Pass, Verdict::ConditionalPass]);
     let in_part = count(&[Verdict::Screened]);
-    Some(format!("no shortfall found; {verified} verified, {in_part} looked at in part; not an acceptance"))
+    Some(format!("no shortfall found; {verified} verified, {in_part} covered in part; not an acceptance"))
 }
 
 /// The state of the evidence on one line.
@@ -146,7 +146,7 @@ pub(crate) fn statement(findings: &Findings) -> Vec<String> {
         sentences.push("No conformity is stated: no requirement with a limit was judged.".to_owned());
     }
     if let Some(word) = watermark(findings.origin) {
-        sentences.push(format!("{word}: this report is no evidence of the conformity of a real unit."));
+        sentences.push(format!("{word}: this report is not evidence of the conformity of a real unit."));
     }
     sentences.push("Results relate only to the item tested.".to_owned());
     sentences

@@ -39,9 +39,9 @@ pub(super) fn find(device: &str, identity: &Identity) -> Result<&'static Model, 
         Some(model) if model.spoken => Ok(model),
         Some(model) => refused(
             format!("{}, which begins at {} Hz", identity.model, model.lowest_hz),
-            "it cannot sweep from 20 Hz on, and it has commands of its own",
+            "it cannot sweep from 20 Hz on, and its commands differ",
         ),
-        None => refused(format!("`{identity}`"), "see the address of the instrument"),
+        None => refused(format!("`{identity}`"), "check the address of the instrument"),
     }
 }
 

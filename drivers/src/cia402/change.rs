@@ -94,7 +94,7 @@ impl Change {
         let found = number(object.data_type, answer);
         if !writes && found != Some(value) {
             let found = found.map_or_else(|| format!("{answer:02X?}"), |found| with_unit(found, object));
-            let help = "the drive did not take what was written: check its parameter locks and limits";
+            let help = "the drive did not accept the written value: check its parameter locks and limits";
             return Err(mismatch(device, object, [with_unit(value, object), found], help));
         }
         (self.done, self.is_under_way) = (self.done + 1, false);

@@ -20,7 +20,7 @@ pub(super) fn identify(drive: &mut Dictionary<'_, '_>) -> Result<Identity, Devic
     if device_type & 0xFFFF != PROFILE_402 {
         let expected = format!("{PROFILE_402} in the low word");
         let found = format!("{}", device_type & 0xFFFF);
-        let help = "the station is no CiA 402 drive: check station order and wiring";
+        let help = "the station is not a CiA 402 drive: check station order and wiring";
         return Err(drive.mismatch(objects::DEVICE_TYPE, expected, found, help));
     }
     let modes = drive.read(objects::SUPPORTED_MODES)?;
@@ -151,7 +151,7 @@ fn fit(
         return Ok((object, counts as i64));
     }
     let allowed =
-        format!("{:04X}h holds 1 to {largest} ({}), this would be {counts}", object.index, object.unit);
+        format!("{:04X}h accepts 1 to {largest} ({}), this would be {counts}", object.index, object.unit);
     Err(DeviceError::Setting { device: settings.name.clone(), setting, value: counts, allowed })
 }
 
@@ -180,7 +180,7 @@ fn soft_limits(settings: &DriveSettings, scale: &Scale) -> Result<[i64; 2], Devi
 }
 
 /// What 60C2h wants.
-const PERIODS: &str = "60C2h wants a whole number from 1 to 255 times a power of ten";
+const PERIODS: &str = "60C2h needs a whole number from 1 to 255 times a power of ten";
 
 /// Whether a drive can be told this cycle time.
 ///

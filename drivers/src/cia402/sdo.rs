@@ -106,7 +106,7 @@ impl Dictionary<'_, '_> {
         self.expect(
             object,
             value,
-            "the drive did not take what was written: check its parameter locks and limits",
+            "the drive did not accept the written value: check its parameter locks and limits",
         )
     }
 

@@ -79,7 +79,8 @@ impl Transaction {
             return Err(DeviceError::Bus {
                 device: line.name().to_owned(),
                 reason: format!(
-                    "{}: expected X at the end of the reply, found {last:02X}h; bit rate or another talker on the line",
+                    "{}: expected X at the end of the reply, found {last:02X}h; check the bit rate and look \
+                     for another talker on the line",
                     text_of(command)
                 ),
             });
@@ -99,7 +100,7 @@ impl Transaction {
         DeviceError::Bus {
             device: line.name().to_owned(),
             reason: format!(
-                "{}: {} of {} bytes within {waited_s:.3} s; power, cable, bit rate of the mirror unit",
+                "{}: {} of {} bytes within {waited_s:.3} s; check power, cable and bit rate of the mirror unit",
                 text_of(command),
                 self.length,
                 command.reply_length()

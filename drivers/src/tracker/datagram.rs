@@ -77,7 +77,7 @@ pub enum DatagramFault {
         computed: u32,
     },
     /// Whole, but says something impossible.
-    #[error("byte {0} or the field there holds no allowed value")]
+    #[error("byte {0} or the field there has no allowed value")]
     Value(usize),
 }
 

@@ -138,7 +138,7 @@ pub struct Deviation {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum AllanError {
     /// The record is too short.
-    #[error("{found} rates, at least {least} are needed: record longer")]
+    #[error("{found} rates, at least {least} are needed: use a longer record")]
     TooShort {
         /// Rates found.
         found: usize,
@@ -146,13 +146,13 @@ pub enum AllanError {
         least: usize,
     },
     /// A number is not finite.
-    #[error("sample {index} is not a finite number: leave it out and treat the rest as a record with a gap")]
+    #[error("sample {index} is not a finite number: remove it and treat the rest as a record with a gap")]
     NotFinite {
         /// Index of the first one.
         index: usize,
     },
     /// All rates are the same.
-    #[error("all rates are the same: a sensor that is stuck, or a quantum above its noise")]
+    #[error("all rates are the same: the sensor is stuck, or its resolution is coarser than its noise")]
     Constant,
     /// The sampling period makes no sense.
     #[error("sampling period {period_s} s, expected a positive number")]
@@ -171,7 +171,9 @@ pub enum AllanError {
         rates: usize,
     },
     /// Too few averaging times for the five noises.
-    #[error("{found} averaging times, at least {least} are needed for a fit of the noises: record longer")]
+    #[error(
+        "{found} averaging times, at least {least} are needed to fit the noise processes: use a longer record"
+    )]
     TooFewTimes {
         /// Averaging times found.
         found: usize,
@@ -179,7 +181,7 @@ pub enum AllanError {
         least: usize,
     },
     /// The deviations do not determine the noises.
-    #[error("the deviations fit no sum of the five noises")]
+    #[error("the deviations do not fit any sum of the five noise processes")]
     NoFit,
 }
 

@@ -45,7 +45,7 @@ pub enum CircuitError {
         needed: usize,
     },
     /// The reference frequency is not above 0.
-    #[error("the capacitance is asked for at {frequency_hz} Hz: expected a frequency above 0")]
+    #[error("the capacitance is requested at {frequency_hz} Hz: expected a frequency above 0")]
     Reference {
         /// What was found.
         frequency_hz: f64,

@@ -40,7 +40,8 @@ pub enum DelayError {
     Input(#[from] InputError),
     /// Delay and dynamics act alike on these lines.
     #[error(
-        "delay and dynamics are not separable: correlation {correlation}, at most {most}: measure to higher frequency or take the dynamics from elsewhere"
+        "delay and dynamics are not separable: correlation {correlation}, at most {most}: measure up to a \
+         higher frequency, or take the dynamics from another measurement"
     )]
     NotSeparable {
         /// Largest correlation of the delay with a parameter of the dynamics, by size.
@@ -65,7 +66,7 @@ pub enum DelayError {
         least: f64,
     },
     /// Nothing moves after the command.
-    #[error("repeat {repeat}: nothing leaves the noise after the command")]
+    #[error("repeat {repeat}: no response above the noise after the command")]
     NoOnset {
         /// Index of the repeat.
         repeat: usize,

@@ -39,7 +39,7 @@ pub const HIGHEST_RATIO: f64 = 0.4;
 pub enum ExcitationError {
     /// A frequency above 0.4 of the sample rate.
     #[error(
-        "expected at most {limit_hz} Hz (0.4 of the sample rate), found {frequency_hz} Hz: lower it or sample faster"
+        "expected at most {limit_hz} Hz (0.4 of the sample rate), found {frequency_hz} Hz: reduce it or sample faster"
     )]
     TooFast {
         /// The frequency, Hz.
@@ -76,7 +76,7 @@ pub enum ExcitationError {
         to_hz: f64,
     },
     /// The band is empty or reversed.
-    #[error("expected a band that ascends, found {from_hz}…{to_hz} Hz")]
+    #[error("expected an ascending band, found {from_hz}…{to_hz} Hz")]
     Band {
         /// Lower end, Hz.
         from_hz: f64,

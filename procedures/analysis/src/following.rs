@@ -29,7 +29,7 @@ pub struct Following {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FollowingError {
     /// The record has too few blocks.
-    #[error("{found} samples are fewer than {LEAST_BLOCKS} blocks of {block}: follow for longer")]
+    #[error("{found} samples are fewer than {LEAST_BLOCKS} blocks of {block}: use a longer record")]
     Short {
         /// Samples.
         found: usize,
@@ -37,7 +37,7 @@ pub enum FollowingError {
         block: usize,
     },
     /// A sample that is no number.
-    #[error("an error of following is no number: look for gaps in the record")]
+    #[error("a following error is not a number: look for gaps in the record")]
     NotANumber,
 }
 

@@ -45,7 +45,9 @@ pub struct Goodness {
 /// A model that does not describe what was observed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "the model does not describe what was observed: chi2/dof {ratio:.0}, at most {HOPELESS_RATIO:.0} is taken where more than a tenth is left; something else acts, or the record is not what it was taken for"
+    "the model does not describe the record: chi2/dof {ratio:.0}, at most {HOPELESS_RATIO:.0} is accepted \
+     where the residual exceeds a tenth of the signal; another effect acts, or the record is not of the \
+     assumed kind"
 )]
 pub struct Hopeless {
     /// χ² over its degrees of freedom.

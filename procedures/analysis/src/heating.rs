@@ -93,11 +93,11 @@ impl fmt::Display for HeatingError {
             Self::FewCycles { needed, found } => {
                 write!(
                     f,
-                    "{found} whole cycles, {needed} are needed to tell where the temperature ends: run more cycles"
+                    "{found} whole cycles, but {needed} are needed to determine the final temperature: run more cycles"
                 )
             }
             Self::NotANumber => {
-                write!(f, "temperatures or times that are no ascending numbers: look at the log")
+                write!(f, "temperatures are not numbers, or times do not ascend: check the log")
             }
         }
     }

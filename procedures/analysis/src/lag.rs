@@ -96,8 +96,8 @@ pub enum LagError {
     Hopeless(#[from] Hopeless),
     /// The lines do not determine the corner.
     #[error(
-        "the corner is not determined (uncertain by {:.0} %, correlation with the delay {correlation:.2}): a delay that jitters \
-         smears it, or the lines do not reach up to it",
+        "the corner is not determined (uncertain by {:.0} %, correlation with the delay {correlation:.2}): \
+         jitter of the delay smears it, or the lines do not reach up to it",
         100.0 * u_ratio
     )]
     NotDetermined {

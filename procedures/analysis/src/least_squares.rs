@@ -28,7 +28,7 @@ pub enum FitError {
         found: usize,
     },
     /// A column is a combination of those before it.
-    #[error("column {column} cannot be told from those before it")]
+    #[error("column {column} is not independent of those before it")]
     Dependent {
         /// Index of the column.
         column: usize,

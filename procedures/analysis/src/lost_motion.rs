@@ -55,7 +55,7 @@ pub enum NoLostMotion {
         least: usize,
     },
     /// The axis turned one way only.
-    #[error("the axis made {strokes} strokes of at least 3 deg, two in opposite directions are needed")]
+    #[error("the axis made {strokes} strokes of at least 3 deg, but two in opposite directions are needed")]
     OneWay {
         /// Strokes found.
         strokes: usize,

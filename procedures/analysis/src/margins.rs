@@ -66,7 +66,7 @@ pub enum MarginError {
     },
     /// The frequencies must ascend and be positive.
     #[error(
-        "line {line}: {found_hz} Hz, expected more than {before_hz} Hz: sort the lines, each frequency once"
+        "line {line}: {found_hz} Hz, expected more than {before_hz} Hz: sort the lines and keep each frequency once"
     )]
     NotAscending {
         /// Index of the line.
@@ -83,7 +83,9 @@ pub enum MarginError {
         line: usize,
     },
     /// Some lines exact, some not.
-    #[error("line {line}: variance {found}, but other lines have a variance: all lines or none can be exact")]
+    #[error(
+        "line {line}: variance {found}, but other lines have a variance: either all lines must be exact or none"
+    )]
     MixedVariance {
         /// First line of variance 0.
         line: usize,
@@ -108,7 +110,7 @@ pub enum MarginError {
     },
     /// The locus does not close inside the band, so nothing can be counted.
     #[error(
-        "stability not decided: |L| is {gain} at the last line, {at_hz} Hz: measure on until it is below 1"
+        "stability not decided: |L| is {gain} at the last line, {at_hz} Hz: extend the measurement until it is below 1"
     )]
     BandTooShort {
         /// |L| at the last line.

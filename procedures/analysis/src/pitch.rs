@@ -49,7 +49,7 @@ pub enum PitchError {
         pitches: f64,
     },
     /// Pitches pass faster than the samples resolve.
-    #[error("pitches pass at {pitches_hz:.1} Hz, beyond a quarter of the {sampling_hz:.0} samples a second")]
+    #[error("pitches pass at {pitches_hz:.1} Hz, above a quarter of the {sampling_hz:.0} samples a second")]
     TooFast {
         /// Pitches a second at the largest rate.
         pitches_hz: f64,

@@ -93,13 +93,13 @@ pub enum PositioningError {
         needed: usize,
     },
     /// Targets that do not ascend.
-    #[error("the target {target_deg} deg does not lie above the one before it: sort the targets")]
+    #[error("the target {target_deg} deg is not above the one before it: sort the targets")]
     NotAscending {
         /// The target.
         target_deg: f64,
     },
     /// A deviation that is no number.
-    #[error("a deviation at target {target_deg} deg is no number: look for gaps in the record")]
+    #[error("a deviation at target {target_deg} deg is not a number: look for gaps in the record")]
     NotANumber {
         /// The target.
         target_deg: f64,

@@ -35,7 +35,7 @@ pub enum RationalError {
     Lines(#[from] LineError),
     /// Fewer than three lines per unknown.
     #[error(
-        "{lines} lines for {unknowns} unknowns: expected at least {needed}; measure more lines or take fewer poles"
+        "{lines} lines for {unknowns} unknowns: expected at least {needed}; measure more lines or use fewer poles"
     )]
     TooFew {
         /// Lines of all responses.
@@ -49,10 +49,10 @@ pub enum RationalError {
     #[error("expected a finite delay and powers of s each named once")]
     Settings,
     /// The search for poles did not end.
-    #[error("no minimum was found: take fewer poles or a narrower band")]
+    #[error("no minimum was found: use fewer poles or a narrower band")]
     NotConverged,
     /// Unknowns that the lines do not tell apart.
-    #[error("the lines do not tell the unknowns apart: take fewer poles")]
+    #[error("the lines do not determine all unknowns: use fewer poles")]
     Dependent,
 }
 

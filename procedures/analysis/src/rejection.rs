@@ -46,7 +46,7 @@ impl Rejected {
 pub enum RejectionError {
     /// Too few lines.
     #[error(
-        "{found} lines around {frequency_hz:.2} Hz, at least 5 are needed: longer segments, or another frequency"
+        "{found} lines around {frequency_hz:.2} Hz, at least 5 are needed: use longer segments, or another frequency"
     )]
     TooFew {
         /// Where, Hz.
@@ -55,7 +55,7 @@ pub enum RejectionError {
         found: usize,
     },
     /// No line has the gain 1.
-    #[error("what is left does not reach 0 dB up to {last_hz:.1} Hz")]
+    #[error("the residual does not reach 0 dB up to {last_hz:.1} Hz")]
     NoCrossing {
         /// Highest line that was looked at, Hz.
         last_hz: f64,

@@ -27,7 +27,7 @@ pub enum ResidualError {
         found: usize,
     },
     /// A value is no number.
-    #[error("value {index} is no number")]
+    #[error("value {index} is not a number")]
     NotFinite {
         /// Index of the sample.
         index: usize,

@@ -53,13 +53,13 @@ pub struct StepResponse {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum StepError {
     /// The records do not fit each other, or are too short.
-    #[error("{0} samples in a record of a step with {1} times: record it whole")]
+    #[error("{0} samples in a record of a step with {1} times: record the whole step")]
     Shape(usize, usize),
     /// Values that are no numbers.
-    #[error("a step has values that are no numbers: look for gaps in the record")]
+    #[error("a step has values that are not numbers: look for gaps in the record")]
     NotANumber,
     /// The final value is where the step began.
-    #[error("the axis moved by {found:.3e} of a step of {asked:.3e}: no step to be read")]
+    #[error("the axis moved by {found:.3e} of a step of {asked:.3e}: no step response visible")]
     NoStep {
         /// Final value less initial value.
         found: f64,

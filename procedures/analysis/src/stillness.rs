@@ -39,7 +39,7 @@ pub enum StillnessError {
         found: usize,
     },
     /// A value or time is no number.
-    #[error("sample {index} is no number")]
+    #[error("sample {index} is not a number")]
     NotFinite {
         /// Index of the sample.
         index: usize,

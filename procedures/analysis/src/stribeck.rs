@@ -118,7 +118,8 @@ pub enum NoCurve {
     },
     /// The points lie on no such curve.
     #[error(
-        "no Stribeck curve: points are {misfit_nm:.2} N*m (rms) from any beyond their uncertainty, {most_nm:.2} N*m allowed"
+        "no Stribeck curve: points deviate from every curve by {misfit_nm:.2} N*m (rms) beyond their \
+         uncertainty, {most_nm:.2} N*m is allowed"
     )]
     Misfit {
         /// Departure beyond the uncertainties of the points, N·m.
@@ -127,7 +128,7 @@ pub enum NoCurve {
         most_nm: f64,
     },
     /// The normal equations are singular at the minimum.
-    #[error("the parameters cannot be told apart")]
+    #[error("the parameters cannot be separated")]
     Singular,
 }
 

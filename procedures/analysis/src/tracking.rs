@@ -35,11 +35,12 @@ pub enum TrackingError {
         flags: usize,
     },
     /// Something that is no number.
-    #[error("sample {0} of the error is not a number: leave out what was not tracked")]
+    #[error("sample {0} of the error is not a number: leave out samples that were not tracked")]
     NotFinite(usize),
     /// Too short for its own correlation.
     #[error(
-        "{samples} samples are {blocks} blocks of the record's own correlation; at least {LEAST_BLOCKS} are needed: track longer"
+        "{samples} samples are {blocks} blocks of the record's correlation length; at least {LEAST_BLOCKS} \
+         are needed: track longer"
     )]
     TooShort {
         /// Samples given.

@@ -53,7 +53,7 @@ pub enum TurningError {
         least: usize,
     },
     /// The gyros show nothing.
-    #[error("the gyros show nothing of the motion of the axis")]
+    #[error("the gyros show no motion of the axis")]
     Nothing,
     /// The motion does not determine it: it needs both directions and accelerations.
     #[error("{0}: the axis must turn in both directions")]

@@ -24,7 +24,7 @@ pub enum FrictionReason {
     NoFit,
     #[error("the point has no release")]
     NoRelease,
-    #[error("does not hold: it slid off when released, and {0}")]
+    #[error("does not hold: it slid when released, and {0}")]
     SlidOffReleased(NoBreakaway),
     #[error("map missing: the procedure has no stroke")]
     NoStroke,
@@ -34,7 +34,7 @@ pub enum FrictionReason {
     NoMap { reason: Box<Reason> },
     #[error("map missing: the stroke does not cover a cogging period in both directions")]
     StrokeTooShort,
-    #[error("nothing came of the point")]
+    #[error("the point gave no result")]
     NothingReduced,
     #[error("the point has no `{label}`")]
     NoRamp { label: String },
@@ -48,7 +48,7 @@ pub enum FrictionReason {
     AngleNotLogged,
     #[error("neither `current_a` with a torque constant nor `torque_nm` is in the log")]
     TorqueNotLogged,
-    #[error("position or torque holds values that are not numbers")]
+    #[error("position or torque contains values that are not numbers")]
     NoNumbers,
     #[error("saturated: the motor torque reached its limit of {limit_nm:.0} N·m")]
     Saturated { limit_nm: f64 },
@@ -58,23 +58,23 @@ pub enum FrictionReason {
     NoSettleOrDwell,
     #[error("no rows just before {at_s:.3} s")]
     NoRowsBefore { at_s: f64 },
-    #[error("the multisine segment holds no multisine")]
+    #[error("the multisine segment contains no multisine")]
     NotAMultisine,
-    #[error("the axis slid off during the multisine")]
+    #[error("the axis slid during the multisine")]
     SlidInMultisine,
     #[error("the multisine has no rows")]
     MultisineWithoutRows,
-    #[error("the multisine's period holds {samples:.3} rows, not a whole number")]
+    #[error("the multisine's period has {samples:.3} rows, expected a whole number")]
     MultisinePeriod { samples: f64 },
-    #[error("the axis slid off during the dwell: it does not hold there")]
+    #[error("the axis slid during the dwell: it does not hold there")]
     SlidInDwell,
     #[error("no breakaway within {lasted_s:.1} s: {moved_mrad:.3} mrad moved, {most_nm:.1} N·m reached")]
     NoBreakawayWithin { lasted_s: f64, moved_mrad: f64, most_nm: f64 },
     #[error("the axis moved against the ramp, by {moved_mrad:.3} mrad: it does not hold there")]
     AgainstRamp { moved_mrad: f64 },
-    #[error("the point names no rate")]
+    #[error("the point gives no rate")]
     NoRate,
-    #[error("the point names no dwell")]
+    #[error("the point gives no dwell")]
     NoDwell,
     #[error(
         "no valid point with {least} whole cogging periods at a velocity where the acceleration follows cogging"
@@ -83,7 +83,8 @@ pub enum FrictionReason {
     #[error("no line above noise between orders {from:.0} and {to:.0}")]
     NoLine { from: f64, to: f64 },
     #[error(
-        "the fastest velocity that was measured is {}, {} were planned: a line through slow ones is the fall of the Stribeck curve",
+        "the fastest measured velocity is {}, but {} were planned: a line through slow velocities alone \
+         would follow the falling part of the Stribeck curve",
         Q::AngularVelocity.format(*.reached_rad_per_s),
         Q::AngularVelocity.format(*.fastest_rad_per_s)
     )]
@@ -102,7 +103,7 @@ pub enum FrictionReason {
     NoSteadySliding,
     #[error("{topic} has neither current_a nor torque_nm")]
     NeitherChannel { topic: String },
-    #[error("{topic} has values that are no numbers in position_rad or {channel}")]
+    #[error("{topic} contains values that are not numbers in position_rad or {channel}")]
     NotANumber { topic: String, channel: &'static str },
     #[error("no segment `{forward}` or `{reverse}` with {least} rows")]
     NoBranch { forward: &'static str, reverse: &'static str, least: usize },
@@ -110,7 +111,7 @@ pub enum FrictionReason {
     TooFewPoints,
     #[error("one direction only: friction needs both")]
     OneDirection,
-    #[error("the point names no velocity")]
+    #[error("the point gives no velocity")]
     NoVelocity,
     #[error("the strokes did not run")]
     StrokesNotRun,
@@ -118,7 +119,7 @@ pub enum FrictionReason {
     RowsMissingInStrokes,
     #[error("the log rate is too low for an acceleration")]
     LogTooSlow,
-    #[error("the branches share no whole cogging period, or have fewer than two points in one")]
+    #[error("the branches have no whole cogging period in common, or fewer than two points in one")]
     NoSharedPeriod,
     #[error("a branch does not cover the common cogging periods")]
     BranchNotCovering,
@@ -131,32 +132,32 @@ pub enum FrictionReason {
     NotSteady { period_rad: f64, asked_rad_per_s: f64, reached_rad_per_s: f64 },
     #[error("{found} of 3 phases of the cogging were measured")]
     FewPhases { found: usize },
-    #[error("no torque constant is known: the record is in ampere")]
+    #[error("the torque constant is unknown: the record is in amperes")]
     InAmpere,
-    #[error("the strokes share no whole cogging period")]
+    #[error("the strokes have no whole cogging period in common")]
     StrokesShareNone,
     #[error("not all of its three points ran")]
     NotAllRan,
     #[error("a point has no angles")]
     NoAngles,
-    #[error("the points share no whole cogging period")]
+    #[error("the points have no whole cogging period in common")]
     PointsShareNone,
     #[error("{point} does not cover the common angles")]
     NotCovering { point: String },
-    #[error("no friction is seen: a sign is wrong")]
+    #[error("no friction found: a sign is wrong")]
     NoFrictionSeen,
     #[error("{missing}: the rig needs a force gauge")]
     NoGauge { missing: Missing },
     #[error("zero: {0}")]
     Zero(StillnessError),
-    #[error("the gauge was pulled at before its zero was read")]
+    #[error("the gauge was loaded before its zero was read")]
     PulledEarly,
     #[error("rows are missing in the pull, or time does not advance")]
     RowsMissingInPull,
-    #[error("nobody pulled the axis within 10 % of the velocity over {least} cogging periods")]
+    #[error("the pull did not keep the velocity within 10 % over {least} cogging periods")]
     NobodyPulled { least: f64 },
     #[error("the pull is too short, or its log too slow, for an acceleration")]
     PullTooShort,
-    #[error("the gauge shows no numbers")]
+    #[error("the readings of the gauge are not numbers")]
     GaugeNoNumbers,
 }

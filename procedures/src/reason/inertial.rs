@@ -10,11 +10,11 @@ use crate::quantity::QuantityKind as Q;
 pub enum InertialReason {
     #[error("{samples} samples of the gyros, at least {least} are needed")]
     TooFewSamples { samples: usize, least: usize },
-    #[error("gaps everywhere: no stretch of samples without one")]
+    #[error("gaps everywhere: no samples without a gap")]
     Gaps,
     #[error("{lost:.0} of {expected:.0} messages of the inertial unit are missing")]
     MessagesMissing { lost: f64, expected: f64 },
-    #[error("gyro {gyro}: sample {sample} is no number")]
+    #[error("gyro {gyro}: sample {sample} is not a number")]
     NotANumber { gyro: &'static str, sample: usize },
     #[error("the encoder showed {steps} steps, at least {least} are needed: it does not follow")]
     FewSteps { steps: usize, least: usize },
@@ -22,18 +22,19 @@ pub enum InertialReason {
         "gyro {gyro} shows one value for half of the record, or the record is too short: it has no noise to compare with"
     )]
     NoNoise { gyro: &'static str },
-    #[error("steps of the encoder are no multiples of one: it is finer than its noise")]
+    #[error("the steps of the encoder are not multiples of one step: its resolution is finer than its noise")]
     NoQuantum,
-    #[error("the longest stretch without gap lasts {longest_s:.0} s of {lasts_s:.0} s: half is needed")]
+    #[error("the longest record without a gap lasts {longest_s:.0} s of {lasts_s:.0} s, but half is needed")]
     Interrupted { longest_s: f64, lasts_s: f64 },
     #[error(
-        "the five noises do not describe it: chi2/dof {misfit_ratio:.0}; something else moved, or the gyro is not at rest"
+        "the five noise processes do not describe the record: chi2/dof {misfit_ratio:.0}; another \
+         disturbance, or the gyro was not at rest"
     )]
     NoNoises { misfit_ratio: f64 },
-    #[error("not told from the other noises in this record: at most {} (95 %)", readable(*.kind, *.most))]
+    #[error("not separable from the other noise processes in this record: at most {} (95 %)", readable(*.kind, *.most))]
     NotToldApart { kind: Q, most: f64 },
     #[error(
-        "rests at {elevations} elevations over {}: zero, gravity and biases need {least} over {}",
+        "rests at {elevations} elevations over {}, but zero, gravity and biases need {least} over {}",
         Q::Angle.format(*.spread_rad),
         Q::Angle.format(*.least_rad)
     )]

@@ -6,11 +6,11 @@ use crate::quantity::QuantityKind as Q;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[allow(missing_docs, reason = "the sentence of each says what it is")]
 pub enum MirrorReason {
-    #[error("no impedance in the log: is an analyser in the rig, and did its sweep run?")]
+    #[error("no impedance in the log: check that the rig has an analyser and that its sweep ran")]
     NoImpedance,
     #[error("the sweep broke off: expected {expected} points, found {found}")]
     SweepBrokeOff { expected: u32, found: usize },
-    #[error("the sweep spans {}, expected {}: the analyser did not take what it was told",
+    #[error("the sweep spans {}, expected {}: the analyser did not accept its settings",
  span(.found_hz), span(.expected_hz))]
     OtherSpan { found_hz: [f64; 2], expected_hz: [f64; 2] },
     #[error("the sweep does not ascend: {} after {}",
@@ -30,7 +30,8 @@ pub enum MirrorReason {
     #[error("no autocollimator: the gauge alone cannot show its own scale")]
     NoAutocollimator,
     #[error(
-        "gauge only: the servo follows its own gauge, so that a wrong scale of it does not show; connect the autocollimator, or state `gauge-u` from a certificate"
+        "gauge only: the servo follows its own gauge, so a wrong scale of the gauge does not show; connect \
+         the autocollimator, or state `gauge-u` from a certificate"
     )]
     GaugeOnly,
     #[error("positions of one side are missing")]
@@ -53,7 +54,7 @@ pub enum MirrorReason {
     RowsMissing { at_s: f64 },
     #[error("the response needs a multisine")]
     NotAMultisine,
-    #[error("the sent command does not hold all lines")]
+    #[error("the sent command does not contain all lines")]
     LinesMissing,
     #[error("saturation: the command was cut off at {low_urad:.0} and {high_urad:.0} urad")]
     Saturation { low_urad: f64, high_urad: f64 },
@@ -67,7 +68,7 @@ pub enum MirrorReason {
     NoSine,
     #[error("a period of {rows:.3} rows, expected a whole number: see the log rate")]
     BrokenPeriod { rows: f64 },
-    #[error("none visible: the response is smooth where a support was looked for")]
+    #[error("none visible: the response is smooth in the band of the support")]
     NoResonance,
     #[error("no lines that count on both sides of {frequency_hz} Hz")]
     NoneOnBothSides { frequency_hz: f64 },
@@ -76,7 +77,7 @@ pub enum MirrorReason {
     #[error("too few lines that count around {at_hz:.0} Hz")]
     TooFewAroundDrop { at_hz: f64 },
     #[error(
-        "most lines up to {up_to_hz:.0} Hz stay below their scatter: does the mirror oscillate, or not move?"
+        "most lines up to {up_to_hz:.0} Hz are below their scatter: the mirror oscillates or does not move"
     )]
     Oscillates { up_to_hz: f64 },
     #[error("no line counts")]

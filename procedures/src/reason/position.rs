@@ -16,8 +16,8 @@ pub enum PositionReason {
     #[error("rows are missing at a target")]
     RowsMissingAtTarget,
     #[error(
-        "no face of the polygon in sight where the encoder shows {near_deg:.2} deg and the rig file has one: the encoder's zero \
-         is off by more than the autocollimator sees, or the polygon is turned"
+        "no face of the polygon in view at {near_deg:.2} deg of the encoder, where the rig file has one: \
+         the error of the encoder's zero exceeds the range of the autocollimator, or the polygon is turned"
     )]
     NoFaceInSight { near_deg: f64 },
     #[error("the polygon has no faces")]
@@ -26,7 +26,7 @@ pub enum PositionReason {
     NothingFollowed,
     #[error("the reference does not move")]
     ReferenceRests,
-    #[error("no stretch of constant acceleration is long enough")]
+    #[error("no interval of constant acceleration is long enough")]
     NoConstantAcceleration,
     #[error("too few rows")]
     TooFewRows,
@@ -48,7 +48,7 @@ pub enum PositionReason {
     SlewNotRead { cue: usize, error: StepError },
     #[error("no move was recorded")]
     NoMove,
-    #[error("the point was broken off")]
+    #[error("the point was aborted")]
     BrokenOff,
     #[error("the point was aborted ({trip})")]
     Aborted { trip: String },
@@ -58,19 +58,19 @@ pub enum PositionReason {
     NoEnd,
     #[error("the slew to cue {cue} did not settle")]
     NotSettled { cue: usize },
-    #[error("the axis did not come to rest before")]
+    #[error("the axis was not at rest before")]
     NotAtRest,
-    #[error("no torque constant is known")]
+    #[error("the torque constant is unknown")]
     NoTorqueConstant,
     #[error("position: {0}")]
     PositionAtRest(StillnessError),
     #[error("torque: {0}")]
     TorqueAtRest(StillnessError),
-    #[error("the drive kept its torque: the axis did not rest when it was to be taken away")]
+    #[error("the drive kept its torque: the axis was not at rest when the torque was to be switched off")]
     TorqueKept,
     #[error("{rows} rows without torque, at least {least} are needed")]
     TooFewReleased { rows: usize, least: usize },
-    #[error("row {row} without torque: the position is no number")]
+    #[error("row {row} without torque: the position is not a number")]
     ReleasedNoNumber { row: usize },
     #[error("the point has no height of its steps")]
     NoHeight,
@@ -80,7 +80,7 @@ pub enum PositionReason {
     RowsMissingAroundStep,
     #[error("steps `{label}`: {error}")]
     StepNotRead { label: &'static str, error: StepError },
-    #[error("the motor gave {} where it was told {}; the move was ended by {trip}",
+    #[error("the motor delivered {} where {} was commanded; the move was ended by {trip}",
         Q::Torque.format(*.shown_nm), Q::Torque.format(*.told_nm))]
     Weak { shown_nm: f64, told_nm: f64, trip: String },
     #[error("reference instrument missing")]

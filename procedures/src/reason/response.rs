@@ -12,24 +12,27 @@ pub enum ResponseReason {
     NoLevel,
     #[error("{0}")]
     Refused(String),
-    #[error("taken at an elevation of {}, asked for {}", Q::Angle.format(*.reached_rad), Q::Angle.format(*.asked_rad))]
+    #[error("measured at an elevation of {}, requested {}", Q::Angle.format(*.reached_rad), Q::Angle.format(*.asked_rad))]
     Elsewhere { reached_rad: f64, asked_rad: f64 },
-    #[error("target never acquired: was it where the procedure says, and moving only once it was tracked?")]
+    #[error(
+        "target never acquired: check that it was where the procedure says and moved only once it was tracked"
+    )]
     NeverAcquired,
-    #[error("the record holds fewer than two windows of its plan")]
+    #[error("the record contains fewer than two windows of its plan")]
     TooFewWindows,
     #[error("fewer than two windows are left: {}", listed(.excluded))]
     FewWindowsLeft { excluded: Vec<Exclusion> },
     #[error("the log has no {from} or no {to}")]
     NoChannels { from: String, to: String },
-    #[error("no point of the elevation holds a response")]
+    #[error("no point of the elevation contains a response")]
     NoResponseAtElevation,
     #[error("no line of the band was excited enough")]
     NotExcitedEnough,
     #[error("no line below {up_to_hz} Hz counts")]
     NoLineBelow { up_to_hz: f64 },
     #[error(
-        "presliding: excitation below breakaway (mean rate {mean_rad_per_s:.3} rad/s), the contact is a spring below {corner_hz:.1} Hz whatever the coherence"
+        "presliding: excitation below breakaway (mean rate {mean_rad_per_s:.3} rad/s), the contact acts as \
+         a spring below {corner_hz:.1} Hz, whatever the coherence"
     )]
     Presliding { mean_rad_per_s: f64, corner_hz: f64 },
     #[error("loop rate {rate_hz} Hz: a bandwidth around 1 kHz needs samples at {least_hz} Hz")]
@@ -39,7 +42,7 @@ pub enum ResponseReason {
     )]
     NoLag { first: f64, second: f64 },
     #[error(
-        "no lines that two realisations with other phases share: ask for four or more, with random phases"
+        "no two realisations with different phases have lines in common: use four or more realisations, with random phases"
     )]
     NoSharedLines,
     #[error("no line to compare")]
@@ -54,13 +57,13 @@ pub enum ResponseReason {
     NoCoherence { frequency_hz: f64, least: f64 },
     #[error("not certified: the line at {frequency_hz} Hz does not stand out of its noise")]
     InNoise { frequency_hz: f64 },
-    #[error("{topic}, row {row}: a number that is not finite; leave the row out")]
+    #[error("{topic}, row {row}: a number that is not finite; leave out the row")]
     NotFinite { topic: String, row: usize },
-    #[error("{topic}, row {row}: {found_hz} Hz after {last_hz} Hz; frequencies have to ascend")]
+    #[error("{topic}, row {row}: {found_hz} Hz after {last_hz} Hz; frequencies must ascend")]
     NotAscending { topic: String, row: usize, found_hz: f64, last_hz: f64 },
     #[error("uncertainty of the lines not known: the {missing} is not stated")]
     NotStated { missing: &'static str },
-    #[error("{topic} has no line of a possible coherence")]
+    #[error("{topic} has no line with a possible coherence")]
     NoPossibleLine { topic: String },
     #[error("{topic}: expected a response, found the same value on all lines, or fewer than three lines")]
     NotAResponse { topic: String },
@@ -74,7 +77,7 @@ pub enum ResponseReason {
     DampingOfNoMode { reason: Box<Reason> },
     #[error("no line at {hz} Hz")]
     NoLineAt { hz: f64 },
-    #[error("does not stand out of the noise of {}, or no such line is left out", Q::Ratio.format(*.noise))]
+    #[error("not above the noise of {}, or no line without excitation is available", Q::Ratio.format(*.noise))]
     InDistortionNoise { noise: f64 },
     #[error("no mode fits within {lines} lines of {at_hz} Hz")]
     NoMode { lines: f64, at_hz: f64 },
@@ -94,7 +97,9 @@ pub enum ResponseReason {
     NoChannelOf { topic: String, channel: String, known: Vec<String> },
     #[error("`{output}` does not follow `{input}`: no line stands out of its noise")]
     NotFollowing { output: String, input: String },
-    #[error("`{what}` is {hz} Hz: expected a whole multiple of 1/period = {step_hz} Hz, found {bin} of them")]
+    #[error(
+        "`{what}` is {hz} Hz: expected a whole multiple of 1/period = {step_hz} Hz, found {bin} times that"
+    )]
     OffGrid { what: &'static str, hz: f64, step_hz: f64, bin: f64 },
     #[error(
         "input `{input}` at {frequency_hz} Hz: expected an amplitude above {expected:.3e}, found {found:.3e}; not a line of the excitation"
@@ -113,8 +118,8 @@ pub enum ResponseReason {
     #[error("the corner of the current loop was not found at the loop rate")]
     NoCorner,
     #[error(
-        "the delay jitters by {:.0} us from step to step (rms): a response that is the mean of it has no corner of the current \
-         loop; look at bus and drive",
+        "the delay jitters by {:.0} us from step to step (rms), so the averaged response does not show the \
+         corner of the current loop; check bus and drive",
         1e6 * jitter_s
     )]
     DelayJitters { jitter_s: f64 },
@@ -122,13 +127,13 @@ pub enum ResponseReason {
     NoSlowResponse,
     #[error("the round trip was not found")]
     RoundTripNotFound,
-    #[error("the way out was not found: no record of a current probe")]
+    #[error("the outward delay was not found: no record of a current probe")]
     NoWayOut,
     #[error("the excitation did not begin")]
     NotBegun,
     #[error("the record holds {windows} whole windows{}, at least 2 are needed", and_left_out(*.limited))]
     FewWholeWindows { windows: usize, limited: usize },
-    #[error("loop rate {rate_hz} Hz: lag and transport come apart from {least_hz} Hz on")]
+    #[error("loop rate {rate_hz} Hz: lag and transport can be separated only from {least_hz} Hz")]
     SlowForLag { rate_hz: f64, least_hz: f64 },
     #[error("the log has no rows of {topic}: no oscilloscope was read")]
     NoOscilloscope { topic: &'static str },
@@ -140,9 +145,9 @@ pub enum ResponseReason {
     NoStep,
     #[error("no time constant")]
     NoTimeConstant,
-    #[error("{shown} of {steps} steps show in the current, at least {least} are needed{}", left_out(*.limited))]
+    #[error("{shown} of {steps} steps are visible in the current, at least {least} are needed{}", left_out(*.limited))]
     FewSteps { shown: usize, steps: usize, least: usize, limited: usize },
-    #[error("a single step has no spread")]
+    #[error("a single step has no scatter")]
     SingleStep,
     #[error("the log has no rows of {topic}: no analog loop-back was read")]
     NoLoopBack { topic: &'static str },

@@ -15,13 +15,15 @@ pub enum SafetyReason {
     NoSegment,
     #[error("no rows of {topic} while segments ran")]
     NoRows { topic: String },
-    #[error("`{channel}` in {topic} is not a number somewhere")]
+    #[error("`{channel}` in {topic} contains a value that is not a number")]
     NotANumber { topic: String, channel: String },
     #[error("no whole cycle")]
     NoCycle,
     #[error("no samples")]
     NoSamples,
-    #[error("the record is too short, or the rise too small, to tell the time constant: run more cycles")]
+    #[error(
+        "the record is too short, or the rise too small, to determine the time constant: run more cycles"
+    )]
     ShortRecord,
     #[error("{reason}: the rig has no current clamps on the DC link")]
     NoClamps { reason: Box<Reason> },
@@ -31,27 +33,27 @@ pub enum SafetyReason {
     TorqueAndEncoder(FitError),
     #[error("gyro and encoder: {0}")]
     GyroAndEncoder(FitError),
-    #[error("the log has no topic /imu: no gyro to check the encoders with")]
+    #[error("the log has no topic /imu: there is no gyro to check the encoders against")]
     NoGyro,
     #[error("no rows in segment `{label}`")]
     NoRestRows { label: String },
-    #[error("stopped by `{trip}` on the way: nothing is ordered past the ends")]
+    #[error("stopped by `{trip}` on the way: the axis was not ordered past the ends")]
     EndsTripped { trip: String },
-    #[error("the plan does not say where the ends are")]
+    #[error("the plan does not give the ends")]
     NoEnds,
-    #[error("the plan does not say where the limits are")]
+    #[error("the plan does not give the limits")]
     NoLimits,
-    #[error("the plan does not say where the zone is")]
+    #[error("the plan does not give the zone")]
     NoZone,
-    #[error("beside the zone nothing is restricted, and `{trip}` ended the move")]
+    #[error("the area beside the zone is not restricted, but `{trip}` ended the move there")]
     Hindered { trip: String },
-    #[error("the move did not come to where the zone would be")]
+    #[error("the move did not reach the position of the zone")]
     BesideNotReached,
     #[error("the log has no channel {channel}")]
     NoChannel { channel: String },
     #[error("no new message came")]
     NoMessage,
-    #[error("nothing is in sight")]
+    #[error("nothing is in view")]
     NothingInSight,
     #[error("the log has no {topic} {channel}")]
     NoAngle { topic: String, channel: &'static str },
@@ -59,27 +61,27 @@ pub enum SafetyReason {
     BeginsLater { topic: String },
     #[error("{channel}: {reason}")]
     OfChannel { channel: String, reason: Box<Reason> },
-    #[error("no rows, or what is no number")]
+    #[error("no rows, or values that are not numbers")]
     NoRowsOrNumbers,
-    #[error("no manner of stop in the name `{point}`")]
+    #[error("the name `{point}` gives no manner of stop")]
     NoManner { point: String },
     #[error("no stop of axis `{axis}` is in the log")]
     NoStop { axis: String },
-    #[error("it was to be stopped {}, and was stopped {}", in_words(*.asked), in_words(*.found))]
+    #[error("it was to be stopped {}, but was stopped {}", in_words(*.asked), in_words(*.found))]
     OtherManner { asked: StopManner, found: StopManner },
     #[error("it did not end at standstill")]
     NoStandstill,
-    #[error("the record of the stop holds what is no number")]
+    #[error("the record of the stop contains a value that is not a number")]
     StopNoNumber,
-    #[error("without torque no time is computed")]
+    #[error("no time is computed for stops without torque")]
     NoTimeComputed,
-    #[error("the move came to {} from the limit{}: the limit was not put to the test", Q::Angle.format(*.short_rad), and_ended(trip.as_deref()))]
+    #[error("the move came only to {} from the limit{}: the limit was not tested", Q::Angle.format(*.short_rad), and_ended(trip.as_deref()))]
     NotTested { short_rad: f64, trip: Option<String> },
     #[error("the point did not complete{}", in_brackets(.trips))]
     NotCompleted { trips: Vec<String> },
     #[error("tripped, {trip}")]
     Tripped { trip: String },
-    #[error("the point was broken off")]
+    #[error("the point was aborted")]
     BrokenOff,
 }
 
@@ -87,7 +89,7 @@ fn in_words(manner: StopManner) -> &'static str {
     match manner {
         StopManner::Controlled => "under control",
         StopManner::QuickStop => "by the drive's quick stop",
-        StopManner::LinkLimited => "only as far as the DC link let it",
+        StopManner::LinkLimited => "as far as the DC link allowed",
         StopManner::TorqueOff => "without torque",
     }
 }

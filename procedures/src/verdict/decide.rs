@@ -96,7 +96,7 @@ enum Unusable {
     Inconclusive(String),
     #[error("there is no value")]
     NoValue,
-    #[error("the measurement is {}, the limit is not", kind.noun())]
+    #[error("the measurement is {}, but the limit is not", kind.noun())]
     WrongKind { kind: QuantityKind },
     #[error("the value is not a finite number")]
     ValueNotFinite,

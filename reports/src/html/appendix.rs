@@ -88,9 +88,13 @@ fn waivers(m: &mut Markup, results: &Results) {
         m.element("p", &[], "None on record.");
         return m.close();
     }
-    m.element("p", &[("class", "note")], "A waiver changes no verdict: it says who accepts what was found.");
+    m.element(
+        "p",
+        &[("class", "note")],
+        "A waiver does not change a verdict; it records who accepts the finding.",
+    );
     m.open("table", &[]);
-    let heads = ["Number", "Requirement", "Verdict", "Approved by", "Holds until", "Reason and conditions"];
+    let heads = ["Number", "Requirement", "Verdict", "Approved by", "Valid until", "Reason and conditions"];
     table_head(m, &heads.map(|head| ("", head)));
     m.open("tbody", &[]);
     for waiver in &record.waivers {
@@ -240,7 +244,7 @@ mod tests {
         results.record.waivers[0].expiry = "2026-11-20".to_owned();
         let page = html::render(&results);
         assert!(page.contains("Waiver W-17, EXPIRED."));
-        assert!(page.contains("Shortfalls without a waiver that holds: FRC-AZ"), "named as open");
+        assert!(page.contains("Shortfalls without a valid waiver: FRC-AZ"), "named as open");
     }
 
     #[test]

@@ -28,9 +28,9 @@ pub(super) fn write(m: &mut Markup, results: &Results) {
     m.element(
         "p",
         &[("class", "note")],
-        "Method: T test, A analysis, I inspection, D demonstration. U is the expanded uncertainty of the worst result; \
-         evidence is the log and the time on its axis. A waiver changes no verdict; none is on record where the column has a \
-         dash.",
+        "Method: T test, A analysis, I inspection, D demonstration. U is the expanded uncertainty of the \
+         worst result; evidence is the log and the time on its axis. A waiver does not change a verdict; a \
+         dash means that no waiver is on record.",
     );
     m.open("table", &[("class", "matrix")]);
     table_head(m, &HEAD);
@@ -173,7 +173,7 @@ fn uncovered(m: &mut Markup, findings: &Findings, rows: &[Row<'_>]) {
     let open = rows.iter().filter(|r| r.evidence.is_none() && r.requirement.evidence.is_none());
     let reason_of = |row: &Row<'_>| match (&row.reason, row.requirement.required) {
         (Some(reason), false) => reason.clone(),
-        (Some(reason), true) => format!("required, and {reason}"),
+        (Some(reason), true) => format!("required, but {reason}"),
         (None, _) => "judged, but the measurement is not in this report".to_owned(),
     };
     let known = open.map(|row| (reason_of(row), row.requirement.id.as_str()));

@@ -92,9 +92,9 @@ fn in_part(m: &mut Markup, rows: &[Row<'_>]) {
     if screened.is_empty() {
         return;
     }
-    m.element("h2", &[], "Looked at in part");
+    m.element("h2", &[], "Covered in part");
     m.open("table", &[("class", "result")]);
-    table_head(m, &[("", "Requirement"), ("", "What is missing for a verdict")]);
+    table_head(m, &[("", "Requirement"), ("", "Missing for a verdict")]);
     m.open("tbody", &[]);
     for row in screened {
         m.open("tr", &[]);
@@ -116,7 +116,7 @@ fn shortfalls(m: &mut Markup, record: &RunRecord, rows: &[Row<'_>]) {
             if rows.iter().any(|row| row.verdict == Verdict::Screened) {
                 "None among what was measured."
             } else {
-                "None: every requirement that was judged passed, and all that must be measured was."
+                "None: every judged requirement passed, and every required measurement was made."
             },
         );
         return;
@@ -188,9 +188,9 @@ fn margins(m: &mut Markup, rows: &[Row<'_>]) {
 fn margins_note(count: usize, exact: &[&Row<'_>]) -> String {
     let mut text = match count.saturating_sub(MARGINS) {
         0 => String::new(),
-        more => format!("{more} more, with larger margins, stand in the matrix. "),
+        more => format!("{more} more, with larger margins, are in the matrix. "),
     };
-    text += "In order of the distance to the guard band in expanded uncertainties.";
+    text += "Sorted by distance to the guard band, in expanded uncertainties.";
     if !exact.is_empty() {
         let one = |r: &&Row<'_>| format!("{} {}", r.requirement.id, r.margin);
         let all: Vec<String> = exact.iter().map(one).collect();

@@ -14,11 +14,11 @@ pub(super) fn write(m: &mut Markup, findings: &Findings) {
     m.element("p", &[], &safety::summary(findings));
     table(m, "Trips", &safety::TRIP_HEAD, &safety::trips(findings));
     stops(m, findings);
-    table(m, "Worst cases, computed before anything moved", &safety::WORST_HEAD, &safety::worst(findings));
+    table(m, "Worst cases, computed before any motion", &safety::WORST_HEAD, &safety::worst(findings));
     table(m, "How the axes were left", &safety::LEFT_HEAD, &safety::left(findings));
     table(
         m,
-        "Left to the bench in torque mode (CST)",
+        "Monitored by the bench alone in torque mode (CST)",
         &safety::NOT_ENFORCED_HEAD,
         &safety::not_enforced(findings),
     );

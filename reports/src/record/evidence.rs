@@ -50,8 +50,8 @@ impl EvidenceRecord {
     pub fn sentence(&self) -> String {
         match self.state {
             EvidenceState::Intact => format!(
-                "intact: journal, logs, results and index agree ({} files); no station key has signed them, so a chain \
-                 that somebody computed anew would not be noticed",
+                "intact: journal, logs, results and index agree ({} files); they are not signed with a \
+                 station key, so a recomputed hash chain would not be detected",
                 self.files.len()
             ),
             state => format!("{}: {}", state.word(), self.reasons.join("; ")),

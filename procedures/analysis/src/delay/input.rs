@@ -28,13 +28,13 @@ pub enum InputError {
         index: usize,
     },
     /// Not in ascending order.
-    #[error("value {index} does not ascend: sort, each once")]
+    #[error("value {index} does not ascend: sort the values and keep each once")]
     NotAscending {
         /// Index of the value.
         index: usize,
     },
     /// Some lines exact, some not.
-    #[error("line {index} has variance 0 and others do not: all lines or none can be exact")]
+    #[error("line {index} has variance 0 and others do not: either all lines must be exact or none")]
     MixedVariance {
         /// First line of variance 0.
         index: usize,

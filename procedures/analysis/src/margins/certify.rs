@@ -30,7 +30,9 @@ pub enum Doubt {
         least: f64,
     },
     /// Between two lines the locus turns far around −1: a resonance may hide between them.
-    #[error("L turns {step_rad} rad around −1 between {from_hz} and {to_hz} Hz: put lines closer there")]
+    #[error(
+        "L turns {step_rad} rad around −1 between {from_hz} and {to_hz} Hz: use more closely spaced lines there"
+    )]
     Coarse {
         /// Line before, Hz.
         from_hz: f64,

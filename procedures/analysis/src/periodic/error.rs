@@ -16,7 +16,7 @@ pub enum PeriodicError {
         to: usize,
     },
     /// A sample is NaN or infinite.
-    #[error("channel `{channel}`, sample {sample}: expected a finite number; leave the stretch out")]
+    #[error("channel `{channel}`, sample {sample}: expected a finite number; leave out that interval")]
     NotFinite {
         /// Name of the channel.
         channel: String,
@@ -24,7 +24,7 @@ pub enum PeriodicError {
         sample: usize,
     },
     /// Not enough samples for the unknowns.
-    #[error("expected more than {expected} {what}, found {found}: lengthen the record or ask for less")]
+    #[error("expected more than {expected} {what}, found {found}: use a longer record or request less")]
     TooShort {
         /// What there is too little of.
         what: &'static str,
@@ -120,7 +120,7 @@ pub enum PeriodicError {
     },
     /// A nuisance column is a combination of lines, offset, slope and the columns before it.
     #[error(
-        "nuisance column {column} cannot be told from the lines, offset, slope and the columns before it: leave it out"
+        "nuisance column {column} is not independent of the lines, offset, slope and the columns before it: leave it out"
     )]
     Dependent {
         /// Index of the column; those of offset and slope come first if they are at fault.
@@ -141,7 +141,7 @@ pub enum PeriodicError {
         found: f64,
     },
     /// The hold lets nothing pass at a frequency.
-    #[error("{frequency_hz} Hz: a hold of {hold_s} s lets nothing pass there: leave the line out")]
+    #[error("{frequency_hz} Hz: a hold of {hold_s} s passes no signal there: leave out the line")]
     HoldZero {
         /// Frequency, Hz.
         frequency_hz: f64,

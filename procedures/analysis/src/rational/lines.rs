@@ -24,7 +24,7 @@ pub enum LineError {
     },
     /// A number is not finite.
     #[error(
-        "line {line} of response {response} holds a number that is not finite: leave lines without a value out"
+        "line {line} of response {response} holds a number that is not finite: leave out lines without a value"
     )]
     NotFinite {
         /// Index of the response.
@@ -34,7 +34,7 @@ pub enum LineError {
     },
     /// Frequencies do not ascend from above 0.
     #[error(
-        "line {line} of response {response} is at {frequency_hz} Hz: frequencies have to ascend from above 0, none twice"
+        "line {line} of response {response} is at {frequency_hz} Hz: frequencies must be above 0 and ascend, each once"
     )]
     NotAscending {
         /// Index of the response.

@@ -28,8 +28,8 @@ pub enum SpectraError {
     },
     /// Record shorter than a segment.
     #[error(
-        "channel {channel}: expected at least one segment of {expected} samples, found {found}: record longer or \
-         take shorter segments"
+        "channel {channel}: expected at least one segment of {expected} samples, found {found}: use a \
+         longer record or shorter segments"
     )]
     TooShort {
         /// Channel.
@@ -51,7 +51,7 @@ pub enum SpectraError {
     },
     /// A value that is no number.
     #[error(
-        "channel {channel}: expected finite values, found {found} at sample {index}: leave that stretch out"
+        "channel {channel}: expected finite values, found {found} at sample {index}: leave out that interval"
     )]
     NotFinite {
         /// Channel.
@@ -99,8 +99,8 @@ pub enum SpectraError {
     },
     /// One average has coherence 1 and no uncertainty.
     #[error(
-        "expected at least 2 averages, found {segments} segments worth {averages:.2}: record longer or take shorter \
-         segments"
+        "expected at least 2 averages, found {segments} segments worth {averages:.2}: use a longer record \
+         or shorter segments"
     )]
     TooFewAverages {
         /// Segments.

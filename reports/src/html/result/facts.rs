@@ -47,18 +47,18 @@ fn coverage(findings: &Findings) -> Facts {
     let [[procedures, of_procedures], [points, of_points]] = completed(findings);
     let named = |ids: &[&str]| match ids {
         [] => "0".to_owned(),
-        ids if ids.len() > IDS => format!("{} (named behind the matrix)", ids.len()),
+        ids if ids.len() > IDS => format!("{} (listed after the matrix)", ids.len()),
         ids => format!("{}: {}", ids.len(), ids.join(", ")),
     };
     vec![
         ("Judged", format!("{} of {} requirements", coverage.judged.len(), coverage.all())),
-        ("Looked at in part", named(&coverage.screened)),
+        ("Covered in part", named(&coverage.screened)),
         ("Inconclusive", named(&coverage.inconclusive)),
         ("Reported without limit", named(&coverage.reported)),
         ("Declared", named(&coverage.declared)),
         ("Required, not measured", named(&coverage.missing)),
         ("Not in this campaign", named(&coverage.elsewhere)),
-        ("No kind measures it yet", named(&coverage.without_kind)),
+        ("Not yet measurable (no kind)", named(&coverage.without_kind)),
         ("Completed", format!("{procedures} of {of_procedures} procedures, {points} of {of_points} points")),
     ]
 }
@@ -129,7 +129,7 @@ fn open_lines(results: &Results, rows: &[Row<'_>]) -> Vec<String> {
         lines.push(format!("Draft: a final report needs {}.", missing.join(", ")));
     }
     if findings.campaign.partial {
-        lines.push("Only a selection of the campaign was run.".to_owned());
+        lines.push("Only part of the campaign was run.".to_owned());
     }
     lines.extend(findings.campaign.left_out.iter().map(|left| format!("{left}.")));
     let broken: Vec<String> = findings
@@ -145,7 +145,7 @@ fn open_lines(results: &Results, rows: &[Row<'_>]) -> Vec<String> {
     let short = shortfall::all(rows);
     let without: Vec<&str> = short.iter().filter(unwaived).map(|r| r.requirement.id.as_str()).collect();
     if !record.waivers.is_empty() && !without.is_empty() {
-        lines.push(format!("Shortfalls without a waiver that holds: {}.", without.join(", ")));
+        lines.push(format!("Shortfalls without a valid waiver: {}.", without.join(", ")));
     }
     let repeats = record.attempts.iter().filter(|a| a.attempt > 1).count();
     if repeats > 0 {
@@ -157,7 +157,7 @@ fn open_lines(results: &Results, rows: &[Row<'_>]) -> Vec<String> {
         .map(|r| r.requirement.id.as_str())
         .collect();
     if !unmet.is_empty() {
-        lines.push(format!("Goals beside the limit that are not met: {}.", unmet.join(", ")));
+        lines.push(format!("Additional goals that are not met: {}.", unmet.join(", ")));
     }
     lines
 }

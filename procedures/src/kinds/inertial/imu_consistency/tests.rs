@@ -201,7 +201,7 @@ fn what_is_no_evidence_gives_no_number() {
     let silent = analysed(1, |_| [0.0; 3]);
     assert_eq!(
         silent.inconclusive.as_ref().map(Reason::to_string).as_deref(),
-        Some("the gyros show nothing of the motion of the axis")
+        Some("the gyros show no motion of the axis")
     );
     assert!(silent.measurements.len() == 5 && silent.measurements.iter().all(|m| m.value.is_none()));
     let cases = keys().plan("az", &crate::kinds::inertial::allan::tests::axes()).expect("the axes allow it");

@@ -93,7 +93,7 @@ fn of_targets(
         REVERSAL => Ok((Estimate { value: best.reversal_rad, ..worst_reversal }, vec![flag.clone()])),
         SERVO => Ok((
             servo.accuracy(counts_rad),
-            vec!["encoder alone: no statement of where the axis is".to_owned()],
+            vec!["encoder alone: not a statement about the true position of the axis".to_owned()],
         )),
         other => Err(PositionReason::NotMeasured { name: other.to_string() }.into()),
     });
@@ -120,7 +120,7 @@ fn of_poses(seen: &Visits, u_rad: f64, counts_rad: f64) -> Vec<Found> {
         }
         let worst = worst.ok_or(PositionReason::NoPose)?;
         let flags = match worst.n {
-            n if n < POSE_CYCLES => vec![format!("{n} cycles, ISO 9283 asks for {POSE_CYCLES}")],
+            n if n < POSE_CYCLES => vec![format!("{n} cycles, but ISO 9283 requires {POSE_CYCLES}")],
             n => vec![format!("{n} cycles")],
         };
         Ok((worst, flags))

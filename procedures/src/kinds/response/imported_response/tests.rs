@@ -301,7 +301,7 @@ fn a_peak_of_poor_coherence_has_a_place_but_no_verdict() {
 fn a_damaged_response_gives_a_reason_and_no_number() {
     type Damage = (&'static str, fn(&mut Vec<[f64; 4]>), &'static str);
     let damaged: [Damage; 5] = [
-        ("descending", |r| r.swap(4, 5), "frequencies have to ascend"),
+        ("descending", |r| r.swap(4, 5), "frequencies must ascend"),
         ("not a number", |r| r[3][1] = f64::NAN, "not finite"),
         ("constant", |r| r.iter_mut().for_each(|r| (r[1], r[2]) = (1.0, 0.0)), "the same value on all lines"),
         ("two lines", |r| r.truncate(3), "fewer than three lines"),

@@ -91,7 +91,7 @@ fn a_unit_that_sends_nothing_new_and_an_autocollimator_without_a_face_say_so() {
     let found = analysed(&window(|_| 7.0, 0.0));
     for (name, reason) in [
         ("gyro-offset", "/imu rate_x_rad_per_s: no new message came"),
-        ("autocollimator-noise", "/reference deviation_az_rad: nothing is in sight"),
+        ("autocollimator-noise", "/reference deviation_az_rad: nothing is in view"),
     ] {
         assert_eq!(of(&found, name).inconclusive.as_deref(), Some(reason));
         assert_eq!(of(&found, name).value, None);

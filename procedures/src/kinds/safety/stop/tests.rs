@@ -108,7 +108,7 @@ fn the_pictures_hold_each_stop_against_what_was_computed() {
     let close = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-9, "{found} of {expected}");
     close(plots[0].series[0].x[3], 18.0);
     close(plots[0].series[1].x[3], 20.0);
-    assert_eq!(plots[1].series[1].y, [1.0, 2.0, 3.0, 4.0], "without torque no time is computed");
+    assert_eq!(plots[1].series[1].y, [1.0, 2.0, 3.0, 4.0], "no time is computed for stops without torque");
     let unread = analysed(&cases[0], vec![]);
     assert!(keys().conclude(&cases[..1], &[unread], &sample_axes()).plots.is_empty());
 }
