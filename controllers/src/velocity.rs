@@ -21,7 +21,7 @@ pub struct Law {
 /// Every law that parameters may name; the first one is the default.
 pub const LAWS: &[Law] = &[Law {
     name: "pi",
-    doc: "PI on the velocity error with feed-forward; the integral stands while the torque is limited.",
+    doc: "PI on the velocity error with feed-forward; the integral is frozen while the torque is limited.",
     make: |gains, torque_limit_nm, period_s| {
         VelocityController::Pi(Pi::new(gains, torque_limit_nm, period_s))
     },

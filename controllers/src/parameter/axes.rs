@@ -9,13 +9,12 @@ const TRACK_FIT: &str = "study's fit";
 const TRACK_TIME_FIT: &str = "fit to the published coarse track margins, elevation -10 to 90 deg";
 const LEAD_FIT: &str = "fit of the gain margin, 1.0 ms, + 1.5 ms age of the gyro sample";
 const OF_THE_RIG: &str = "designed for the axis";
-const KP_DOC: &str = "Torque per velocity error.";
-const KI_DOC: &str = "Torque per integrated velocity error; 0 switches the integral off.";
+const KP_DOC: &str = "Proportional gain: torque per velocity error.";
+const KI_DOC: &str = "Integral gain: torque per integrated velocity error; 0 switches the integral off.";
 const POSITION_DOC: &str = "Velocity command per position error.";
 const TRACK_DOC: &str = "Velocity command per coarse track error.";
-const TRACK_TIME_DOC: &str =
-    "Time in which the coarse track integral repeats the proportional part; 0 = no integral.";
-const LEAD_DOC: &str = "Lead of the coarse track error on the gyro rate.";
+const TRACK_TIME_DOC: &str = "Integral time of the coarse track loop; 0 = no integral.";
+const LEAD_DOC: &str = "Lead time of the coarse track error relative to the gyro rate.";
 
 pub(super) const AXES: &[Parameter<DirectorGains>] = &[
     Parameter {

@@ -108,7 +108,8 @@ pub(super) const FRICTION: &[AxisSetting] = &[
         quantity: "ratio",
         range_si: [-0.9, 0.9],
         defaults: ["0 %", "0 %"],
-        doc: "Share by which Coulomb and static torque are higher towards larger angles, and lower towards smaller ones.",
+        doc: "Share by which Coulomb and static torque are higher for motion towards larger angles and \
+              lower in the other direction.",
         source: "ours: none",
         table: Figure { default: "0 %", source: "ours: none" },
         field: |axis| &mut axis.friction_asymmetry_ratio,

@@ -30,7 +30,7 @@ const CROSS_COUPLING: Setting<Field<UnitSettings>> = Setting {
     quantity: "ratio",
     range_si: [-1.0, 1.0],
     default: "0.5 %",
-    doc: "How much of azimuth's flexible modes shows in the elevation rate of the frame.",
+    doc: "Share of azimuth's flexible modes that appears in the elevation rate of the frame.",
     source: "ours: none was visible up to 10 Hz (study 3.1.1.2)",
     field: |unit| &mut unit.cross_coupling_ratio,
 };
@@ -40,7 +40,7 @@ const CROSS_COUPLING_GROWTH: Setting<Field<UnitSettings>> = Setting {
     quantity: "ratio",
     range_si: [-1.0, 1.0],
     default: "0 %",
-    doc: "What comes on top of cross-coupling at the zenith; it grows with the sine of elevation.",
+    doc: "Additional cross-coupling at the zenith; it grows with the sine of elevation.",
     source: "ours",
     field: |unit| &mut unit.cross_coupling_growth_ratio,
 };

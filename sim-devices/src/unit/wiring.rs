@@ -51,7 +51,7 @@ pub(super) const WIRING: &[Row] = &[
         quantity: "ratio",
         range_si: [0.0, 1.0],
         defaults: &["0 %"],
-        docs: &["Share of the frames that the bus loses, each by its own draw."],
+        docs: &["Probability that the bus loses a frame, independent for each frame."],
         sources: &["ours"],
         field: |unit, _| &mut unit.wiring.dropped_cycles_ratio,
     },
@@ -61,8 +61,8 @@ pub(super) const WIRING: &[Row] = &[
         range_si: [0.0, 1.0],
         defaults: &["1"],
         docs: &[
-            "1: the azimuth drive keeps the soft limits that it was given (607Dh).",
-            "1: the elevation drive keeps the soft limits that it was given (607Dh).",
+            "1: the azimuth drive enforces its soft limits (607Dh).",
+            "1: the elevation drive enforces its soft limits (607Dh).",
         ],
         sources: &["study 2.1.4"],
         field: |unit, k| &mut unit.axis_mut(k).soft_limits_enforced_flag,
@@ -73,7 +73,7 @@ pub(super) const WIRING: &[Row] = &[
         range_si: [0.0, 4_294_967_295.0],
         defaults: &["0"],
         docs: &[
-            "Vendor id (1018h:1) that the drives claim, so that the bench takes them for real; 0: the simulator's mark.",
+            "Vendor id (1018h:1) that the drives claim, so that the bench treats them as real; 0: the simulator's mark.",
         ],
         sources: &["ours: refusals with real devices"],
         field: |unit, _| &mut unit.wiring.vendor_count,

@@ -60,14 +60,14 @@ fn of_axis(axis: usize) -> Vec<Curve> {
             "elevation".to_owned(),
             "angle",
             [-1.0, 2.0],
-            "Elevations at which the other curves have their values.",
+            "Elevation nodes of the other curves.",
         ),
         curve(
             Part::RigidGain,
             "rigid-gain".to_owned(),
             "ratio",
             [0.1, 10.0],
-            "Rigid gain: the axis accelerates like one of inertia divided by this.",
+            "Rigid gain: the axis accelerates as if its inertia were divided by this.",
         ),
     ];
     all.extend((0..MODES_COUNT).flat_map(|mode| {
@@ -100,7 +100,7 @@ fn of_mode(mode: usize) -> [(Part, String, &'static str, [f64; 2], &'static str)
             key("encoder"),
             "inverse-inertia",
             [0.0, 1.0],
-            "Participation in the rate of the shaft (encoder); never negative, the motor acts there.",
+            "Participation in the rate of the shaft (encoder); never negative, because the motor acts there.",
         ),
     ]
 }
