@@ -184,14 +184,14 @@ fn a_journal_that_was_edited_removed_linked_or_is_of_another_run_is_found() {
         (
             "an edited word",
             |run| edit(run, journal::FILE, |t| t.replacen("completed", "aborted", 1)),
-            "the chain is broken",
+            "the hash chain is broken",
         ),
         (
             "the closing entry edited",
             |run| edit(run, journal::FILE, |t| t.replace("\"exit_code\":0", "\"exit_code\":1")),
-            "journal.jsonl is not the file of which SHA256SUMS has the digest",
+            "journal.jsonl does not match its digest in SHA256SUMS",
         ),
-        ("another run's journal", |run| from_other(run, journal::FILE, journal::FILE), "is of another run"),
+        ("another run's journal", |run| from_other(run, journal::FILE, journal::FILE), "belongs to another run"),
         (
             "another run's title page",
             |run| from_other(run, "run.json", "run.json"),
@@ -209,7 +209,7 @@ fn a_journal_that_was_edited_removed_linked_or_is_of_another_run_is_found() {
                     })
                 })
             },
-            "journal.jsonl is not the file of which SHA256SUMS has the digest",
+            "journal.jsonl does not match its digest in SHA256SUMS",
         ),
         (
             "no journal",
@@ -250,9 +250,9 @@ fn a_journal_without_one_of_its_lines_or_with_two_in_the_wrong_order_is_found() 
     let (_folder, run) = shortened(&|lines| {
         lines.remove(3);
     });
-    found_altered(&run, "the chain is broken", "a line dropped");
+    found_altered(&run, "the hash chain is broken", "a line dropped");
     let (_folder, run) = shortened(&|lines| lines.swap(3, 4));
-    found_altered(&run, "the chain is broken", "two lines swapped");
+    found_altered(&run, "the hash chain is broken", "two lines swapped");
     assert_eq!(rejudged(&run).code, 65);
 }
 
@@ -289,7 +289,7 @@ fn a_log_that_was_added_removed_swapped_cut_off_emptied_or_replaced_by_a_link_is
                 std::fs::remove_file(run.join(LOG)).expect("removed");
                 std::fs::create_dir(run.join(LOG)).expect("a folder");
             },
-            "AZ-FRICTION.mcap is no regular file",
+            "AZ-FRICTION.mcap is not a regular file",
         ),
     ];
     for (name, alter, expected) in cases {

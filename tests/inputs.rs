@@ -91,7 +91,7 @@ fn what_a_device_refuses_when_it_is_opened_check_and_plan_say_before() {
     );
     for verb in ["check", "plan"] {
         let said = run_in(folder.path(), &[verb, "quick/self-check-open", "--rig", "./rig.toml"]);
-        assert!(said.code == 2 && said.err.contains("with its devices opened"), "{verb}: {}", said.err);
+        assert!(said.code == 2 && said.err.contains("after opening its devices"), "{verb}: {}", said.err);
     }
     write(
         folder.path(),

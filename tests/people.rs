@@ -57,7 +57,7 @@ fn with_real_devices_a_planted_defect_and_parallel_jobs_are_refused() {
         folder.path(),
         &["run", "quick/az-friction", "--rig", "./rig.toml", "--unit", "./defect.toml"],
     );
-    refused(&said, "unit `bad` is a planted defect, and az-drive is real");
+    refused(&said, "unit `bad` is a planted defect, but az-drive is real");
 }
 
 fn with_prompt(folder: &Path, class: &str) {
@@ -178,7 +178,7 @@ fn a_rig_in_use_is_refused_and_one_whose_run_was_lost_must_be_inspected() {
     assert!(said.code == 0 || said.code == 3, "{}{}", said.out, said.err);
     let said = run_in(at, &["inspect", "fifth"]);
     assert_eq!(said.code, 6, "{}{}", said.out, said.err);
-    assert!(said.err.contains("this run ended by itself"), "{}", said.err);
+    assert!(said.err.contains("this run ended normally"), "{}", said.err);
 }
 
 #[test]
@@ -202,7 +202,7 @@ fn a_run_that_met_an_end_stop_says_4_names_it_and_stays_locked_until_somebody_ha
     assert!(said.out.contains("az hit its end stop at "), "{}", said.out);
     // The rig is free again: what keeps this run is that the unit has changed since then.
     let said = run(at, &["./friction.toml", "--out", "third", "--polarity", "hit"]);
-    refused(&said, "its proof no longer holds");
+    refused(&said, "its proof is no longer valid");
 }
 
 #[test]
@@ -217,7 +217,7 @@ fn a_unit_wired_the_wrong_way_moves_nothing_under_a_loop() {
         assert!(skipped.contains("\"reason\":\"polarity: "), "{unit}: {skipped}");
         assert!(!folder.path().join("run/AZ-FRICTION.mcap").exists(), "{unit}");
         let again = run_in(folder.path(), &["rejudge", "run"]);
-        assert!(again.out.contains("findings are the same, byte for byte"), "{}{}", again.out, again.err);
+        assert!(again.out.contains("findings are identical byte for byte"), "{}{}", again.out, again.err);
         let report = std::fs::read_to_string(folder.path().join("run/report.html")).expect("a report");
         assert!(report.contains("polarity: "), "{unit}: the report says why");
     }
@@ -238,5 +238,5 @@ fn a_proof_of_polarity_holds_for_a_later_run_until_something_changes() {
     assert_eq!(said.code, first.code, "{}{}", said.out, said.err);
     assert!(!folder.path().join("second/POLARITY.mcap").exists());
     let said = run_in(folder.path(), &[&later[..], &["third", "--unit", "as-measured"]].concat());
-    refused(&said, "its proof no longer holds, because this has changed: the unit file");
+    refused(&said, "its proof is no longer valid, because this has changed: the unit file");
 }

@@ -80,7 +80,7 @@ fn rejudging_writes_nothing_unasked_gives_the_same_findings_and_a_changed_limit_
     copy_of_first_run(at);
     let before = files(&at.join("run"));
     let said = run_in(at, &["rejudge", "run"]);
-    assert!(said.out.contains("the same, byte for byte"), "{}\n{}", said.out, said.err);
+    assert!(said.out.contains("identical byte for byte"), "{}\n{}", said.out, said.err);
     assert_eq!(before, files(&at.join("run")), "without --out nothing is written");
     let shipped = include_str!("../procedures/requirements.toml");
     let tighter = shipped.replacen("<= 260 N*m", "<= 150 N*m", 1);

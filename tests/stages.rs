@@ -66,7 +66,7 @@ fn a_stage_whose_need_failed_is_skipped_with_the_reason_whatever_the_number_of_j
     }
     assert_eq!(same[0], same[1]);
     let again = run_in(at, &["rejudge", "1"]);
-    assert!(again.out.contains("findings are the same, byte for byte"), "{}{}", again.out, again.err);
+    assert!(again.out.contains("findings are identical byte for byte"), "{}{}", again.out, again.err);
     let report = std::fs::read_to_string(at.join("1/report.html")).expect("a report");
     assert!(report.contains("needs requirement FRC-AZ to pass"), "the report says why");
 }
@@ -129,7 +129,7 @@ fn an_earlier_build_state_is_measured_reported_and_not_judged() {
     let report = std::fs::read_to_string(at.join("run/report.html")).expect("a report");
     assert!(report.contains("build state azimuth-table") && report.contains("Build states"));
     let again = run_in(at, &["rejudge", "run"]);
-    assert!(again.out.contains("findings are the same, byte for byte"), "{}{}", again.out, again.err);
+    assert!(again.out.contains("findings are identical byte for byte"), "{}{}", again.out, again.err);
     // Its own log says so, too.
     let alone = run_in(at, &["rejudge", "run/TABLE.mcap"]);
     assert_eq!(alone.code, 0, "{}{}", alone.out, alone.err);
@@ -198,7 +198,7 @@ fn an_overdue_calibration_refuses_the_run_and_a_valid_one_stands_in_the_report()
     let report = std::fs::read_to_string(at.join("2999-12-31/report.html")).expect("a report");
     assert!(report.contains("calibrated until 2999-12-31") && report.contains("C-12"));
     let again = run_in(at, &["rejudge", "2999-12-31", "--out", "again"]);
-    assert!(again.out.contains("findings are the same, byte for byte"), "{}{}", again.out, again.err);
+    assert!(again.out.contains("findings are identical byte for byte"), "{}{}", again.out, again.err);
     let report = std::fs::read_to_string(at.join("again/report.html")).expect("a report");
     assert!(report.contains("calibrated until 2999-12-31"), "whoever judges again says what was valid then");
 }
@@ -214,7 +214,7 @@ fn a_mask_over_the_place_where_the_axes_are_parked_names_both() {
         let said = run_in(at, &[verb, "quick/az-range", "--rig", "./rig.toml"]);
         assert_eq!(said.code, code, "{}{}", said.out, said.err);
         for part in
-            ["the restricted zone az ", "lies over the place where the axes are parked: az 40 deg, el 0 deg"]
+            ["the restricted zone az ", "covers the place where the axes are parked: az 40 deg, el 0 deg"]
         {
             assert!(said.err.contains(part), "{part:?} is not in {}", said.err);
         }

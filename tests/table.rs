@@ -291,7 +291,7 @@ fn a_table_of_three_axes_is_files_only_and_runs_on_each_of_them() {
     let refused = write(folder.path(), "polarity.toml", &polarity);
     let files = ["--rig", "rig.toml", "--unit", "unit.toml"];
     let said = run_in(folder.path(), &[&["check", "./polarity.toml"], &files[..]].concat());
-    assert!(said.err.contains("nothing says where axis `roll` stands"), "{}", said.err);
+    assert!(said.err.contains("the pose of axis `roll` is missing"), "{}", said.err);
     let posed = polarity.replace("\n[[prompt]]", "pose = { roll = \"-30 deg\" }\n\n[[prompt]]");
     std::fs::write(refused, posed).expect("a writable folder");
     let step = include_str!("../procedures/table/step.toml");

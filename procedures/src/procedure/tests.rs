@@ -241,5 +241,5 @@ fn cooling_down_is_planned_into_every_point_and_wants_a_gate_to_wait_for() {
         1,
     );
     let found = printed(&read(&without).expect_err("nothing to wait for"));
-    assert!(found.contains("`cool-down` waits for the gate `heat-sink`, and there is none"), "{found}");
+    assert!(found.contains("`cool-down` waits for the gate `heat-sink`, which is not given"), "{found}");
 }

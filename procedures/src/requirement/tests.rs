@@ -163,5 +163,5 @@ fn claims_name_axes_and_stretches_and_their_mistakes_are_pointed_at() {
     assert!(negative.contains("must not be negative"), "{negative}");
     let other =
         wrong(&format!("measurand = 'gap', condition = 'elevation', range = '1 deg .. 2 deg', {rest}"));
-    assert!(other.contains("the requirement does not judge `gap`"), "{other}");
+    assert!(other.contains("the requirement does not judge the measurand `gap`"), "{other}");
 }

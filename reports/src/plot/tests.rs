@@ -367,7 +367,7 @@ fn a_figure_says_how_many_points_its_curves_stand_for() {
     assert_eq!(
         thinned(&Figure::of(&plot)),
         Some(format!(
-            "{drawn} of 120\u{202f}000 points of its long curves are drawn: extremes and course are kept."
+            "{drawn} of 120\u{202f}000 points of its long curves are drawn; extremes and shape are kept."
         ))
     );
 }

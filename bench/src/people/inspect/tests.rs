@@ -60,5 +60,5 @@ fn a_run_that_ended_by_itself_is_not_inspected() {
     let folder = tempfile::tempdir().expect("temporary folder");
     Journal::create(folder.path()).and_then(|journal| journal.close(3)).expect("writable");
     let told = journal_of(folder.path()).expect_err("closed");
-    assert!(told.contains("ended by itself") && told.contains("exit code 3"), "{told}");
+    assert!(told.contains("ended normally") && told.contains("exit code 3"), "{told}");
 }

@@ -244,7 +244,7 @@ fn an_elevation_that_rests_high_up_swings_when_it_is_let_go() {
     let swing = found.swings.iter().find(|s| s.axis == "el").expect("the spring is stronger than friction");
     assert!(swing.swing.to_rad > deg(0.0) && swing.swing.to_rad < deg(60.0));
     let text = risks(&[found], &rig()).join("\n");
-    assert!(text.contains("el: without torque at rest at") && text.contains("mirror"), "{text}");
+    assert!(text.contains("el: if torque is lost at rest at") && text.contains("mirror"), "{text}");
 }
 
 /// Nobody plans where a target goes: what holds the axis are the bounds of the point, on the other axis, too.

@@ -93,7 +93,7 @@ fn stages_that_do_not_fit_together_are_mistakes() {
         (
             "needs = [\"friction\"]",
             "needs = [\"loops\"]",
-            "stage `loops` needs `loops`, which is no stage before it",
+            "stage `loops` needs `loops`, which is not an earlier stage",
         ),
         ("needs = [\"friction\"]\n", "", "`needs-pass` without `needs`"),
         ("stage = \"loops\"", "stage = \"lops\"", "unknown stage `lops`"),
@@ -108,10 +108,10 @@ fn stages_that_do_not_fit_together_are_mistakes() {
         (
             "state = \"final\"\n",
             "",
-            "stage `friction` comes after build state `azimuth-table` and names none",
+            "stage `friction` follows a stage with build state `azimuth-table` but names no build state",
         ),
-        ("id = \"complete\"", "id = \"table-bare\"", "two stages ask a question of the id `table-bare`"),
-        ("640 kg*m^2", "0 kg*m^2", "`az`: an inertia is positive"),
+        ("id = \"complete\"", "id = \"table-bare\"", "two stages have a prompt with the id `table-bare`"),
+        ("640 kg*m^2", "0 kg*m^2", "`az`: the inertia must be positive"),
         ("id = \"loops\"", "id = \"l o\"", "`id` of a stage: letters, digits, `-` and `_`, such as `range`"),
     ] {
         let found = mistakes(from, to);

@@ -1,4 +1,4 @@
-//! Kind `polarity`: signs and scales of every path from torque to sensor, before any loop closes.
+//! Kind `polarity`: signs and scales of every path from torque to sensor, before any loop is closed.
 
 use crate::axis::Axes;
 use crate::case::Case;

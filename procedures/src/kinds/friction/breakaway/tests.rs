@@ -204,7 +204,7 @@ fn holding_over_the_travel_is_computed_and_drawn() {
     let c = conclusion(&keys, &Plant { spring: [40.0, 40.0 * DEGREE], ..ELEVATION }, |_| {});
     // Net torque 40·(θ − 40°) − 14·cos θ: below 40.1 − 5.1 N·m only between −0.6 and 90 deg.
     let remark = c.remarks.last().expect("the curve has a remark");
-    assert!(remark.starts_with("Does not surely hold itself unpowered at -10.0 … "), "{remark}");
+    assert!(remark.starts_with("Holding without power is not certain at -10.0 … "), "{remark}");
     let plot = c.plots.iter().find(|p| p.id == "hold-margin").expect("drawn");
     assert_eq!(plot.series.len(), 3);
 }

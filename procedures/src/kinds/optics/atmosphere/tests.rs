@@ -115,7 +115,7 @@ fn two_records_agree_with_the_closed_loop_alone_unless_the_air_has_changed() {
     let points: Vec<PointResult> =
         cases.iter().map(|case| keys.analyse(case, &scene(&case.point).run(case), &axes)).collect();
     let found = keys.conclude(&cases, &points, &axes);
-    assert!(found.remarks.iter().any(|r| r.contains("did the air change")), "{:?}", found.remarks);
+    assert!(found.remarks.iter().any(|r| r.contains("whether the air changed")), "{:?}", found.remarks);
 }
 
 #[test]
@@ -168,5 +168,5 @@ fn the_plan_moves_the_mirror_then_looks_without_and_with_the_fine_loop() {
     let wrong = format!("{text}closed = '5 s'\nfrequency = ['0.5 Hz']\n");
     let told = Procedure::parse(SourceFile::new("p.toml", wrong)).expect_err("two mistakes");
     let told = told.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n");
-    assert!(told.contains("fewer than five segments") && told.contains("three lines below it"), "{told}");
+    assert!(told.contains("shorter than five segments") && told.contains("three lines below it"), "{told}");
 }

@@ -61,7 +61,7 @@ fn a_sound_sight_is_proven_and_each_fault_of_it_is_one_sentence() {
     assert_eq!((sound.gate.as_str(), sound.faults.len()), ("sight", 0), "{:?}", sound.faults);
     for (gains, expected) in [
         ([3.5355, -2.5], "optical sign of el: the line of sight goes the wrong way, -0.40"),
-        ([8.0, 2.5], "optical size of az: the line of sight goes by +0.12"),
+        ([8.0, 2.5], "optical gain of az: the line of sight moves by +0.12"),
     ] {
         let faults = proof(&Scene { gains, ..Scene::default() }).faults;
         assert!(faults.len() == 1 && faults[0].starts_with(expected), "{faults:?}");
@@ -123,7 +123,7 @@ fn a_wrong_frame_rate_a_still_mirror_and_a_command_that_is_cut_off_give_reasons(
     assert!(told.contains("expected 0.2828 in this one"), "{told}");
     let cut = Scene { commanded_ratio: 0.9, ..Scene::default() };
     let told = reason(&keys(), &cut);
-    assert!(told.contains("cut off: 270.0 urad were sent of 300.0 urad"), "{told}");
+    assert!(told.contains("cut off: 270.0 urad of 300.0 urad were sent"), "{told}");
     let case = &keys().plan("az", &with_elevation()).expect("a plan")[0];
     let empty = keys().analyse(case, &Window::completed(Vec::new(), Vec::new()), &with_elevation());
     assert_eq!(
@@ -152,7 +152,7 @@ fn the_plan_moves_each_axis_of_the_mirror_at_each_rate_and_amplitude_before_a_st
 fn wrong_keys_are_pointed_at_together() {
     let wrong = parse("frame-rate = ['8 Hz']\namplitude = ['0 urad']\nduration = '2 s'\ngain-el = '0'\n")
         .expect_err("four mistakes");
-    for part in ["five frames", "`amplitude` needs values", "fewer than five blocks", "must not be zero"] {
+    for part in ["five frames", "`amplitude` needs values", "shorter than five blocks", "must not be zero"] {
         assert!(wrong.contains(part), "{part}: {wrong}");
     }
 }

@@ -170,7 +170,7 @@ fn errors_of_both_axes_are_what_went_in_across_the_elevation_axis() {
     assert!(rms.flags.contains(&of_azimuth), "{:?}", rms.flags);
     // 1.3 Hz wide for a minute: some 80 independent squares.
     assert!(rms.u > 1e-6 && rms.u < 8e-6, "{}", rms.u);
-    assert!(reason(&all, "target-losses", "az").contains("not put to the test"));
+    assert!(reason(&all, "target-losses", "az").contains("was not tested"));
 }
 
 /// Out at 0.0118 rad/s, back at the same from 30 s on within 1.8 s: 13 mrad/s² on average.
@@ -331,7 +331,7 @@ fn what_is_missing_or_no_number_is_named() {
     let k = 2;
     assert!(of(&|w| w.topics[k].columns[0][5000] = f64::NAN).contains("cross_elevation_rad is no number"));
     // Every other frame is in no row although none was lost on its way.
-    assert!(of(&|w| w.topics[k].columns[3].iter_mut().for_each(|c| *c *= 2.0)).contains("are in no row"));
+    assert!(of(&|w| w.topics[k].columns[3].iter_mut().for_each(|c| *c *= 2.0)).contains("are not in the log"));
     assert!(of(&|w| w.topics[k].columns[4].fill(0.0)).contains("no coarse frame shows the target"));
     let never = of(&|w| {
         w.segments.truncate(2);

@@ -103,7 +103,7 @@ fn poses_say_how_many_cycles_they_rest_on() {
     let result = run(&polygon(with_elevation()), 1, 0.0, 0.0);
     let repeatability = value(&result, POSE_REPEATABILITY);
     assert!(repeatability.value.is_some_and(|rp| rp < 2e-6), "{repeatability:?}");
-    assert!(repeatability.flags[0].contains("6 cycles, ISO 9283 asks for 30"));
+    assert!(repeatability.flags[0].contains("6 cycles, but ISO 9283 requires 30"));
     assert!(value(&result, POSE_ACCURACY).value.is_some_and(|ap| ap < 2e-6));
 }
 

@@ -107,7 +107,7 @@ fn a_motor_that_is_too_weak_fails_with_what_it_reached_until_the_interlock() {
     let half = 0.5 * with_elevation().all()[0].limits.max_acceleration_rad_per_s2;
     assert!(found.value.is_some_and(|a| (a / half - 1.0).abs() < 0.02), "{found:?}");
     assert!(
-        found.flags.iter().any(|flag| flag.contains("1000 N*m where it was told 2000 N*m")),
+        found.flags.iter().any(|flag| flag.contains("1000 N*m where 2000 N*m was commanded")),
         "{:?}",
         found.flags
     );

@@ -259,7 +259,7 @@ fn lines_of_an_analyser_are_gated_by_their_coherence() {
         [
             (1, "coherence outside 0 … 1, which is impossible: 3.5 Hz (1.040)"),
             (1, "0 Hz has no phase"),
-            (1, "coherence, freed of its bias with 20 averages, below 0.9"),
+            (1, "coherence, bias-corrected for 20 averages, below 0.9"),
         ]
     );
     let deviation = find(&found, "relative-deviation").value.expect("20 averages");
@@ -305,7 +305,7 @@ fn a_damaged_response_gives_a_reason_and_no_number() {
         ("not a number", |r| r[3][1] = f64::NAN, "not finite"),
         ("constant", |r| r.iter_mut().for_each(|r| (r[1], r[2]) = (1.0, 0.0)), "the same value on all lines"),
         ("two lines", |r| r.truncate(3), "fewer than three lines"),
-        ("impossible", |r| r.iter_mut().for_each(|r| r[3] = 1.5), "no line of a possible coherence"),
+        ("impossible", |r| r.iter_mut().for_each(|r| r[3] = 1.5), "no line with a possible coherence"),
     ];
     for (what, damage, reason) in damaged {
         let mut rows = analysed();

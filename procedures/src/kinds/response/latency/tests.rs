@@ -243,7 +243,7 @@ fn a_corner_that_jitter_smears_is_blamed_on_the_jitter() {
     let found =
         concluded(&Keys { steps: 60, levels_v: vec![6.0], ..keys(&[Stage::Fit, Stage::Onset]) }, drive);
     let lag = found.iter().find(|m| m.measurand == LAG).expect("a row for the lag");
-    let why = lag.inconclusive.as_deref().expect("no corner");
+    let why = lag.inconclusive.as_deref().expect("does not show the corner");
     assert!(why.starts_with("the delay jitters by "), "{why}");
     assert!(value(&found, JITTER)[0] > 0.2e-3);
 }
@@ -295,7 +295,7 @@ fn a_point_without_its_instrument_is_inconclusive_and_the_others_count() {
     let found = keys.conclude(&cases, &points, &axes()).measurements;
     near(value(&found, ROUND_TRIP), TRANSPORT_S, 3e-6);
     for (name, reason) in
-        [(OUT, "no rows of /scope"), (ECHO, "no rows of /fsm"), (BACK, "the way out was not found")]
+        [(OUT, "no rows of /scope"), (ECHO, "no rows of /fsm"), (BACK, "the outward delay was not found")]
     {
         let none = found.iter().find(|m| m.measurand == name).expect("it is named all the same");
         let said = none.inconclusive.as_deref().unwrap_or("");

@@ -250,7 +250,7 @@ fn expectations_that_contradict_themselves_are_refused_with_the_reason() {
         ("mode = 2", "mode = 9", "mode 9 has no name"),
         ("mode = 2", "mode = 1", "ascending order of their numbers"),
         ("\"10.0 Hz\", ", "", "2 frequencies at 3 elevations"),
-        ("mode = 4\nband", "mode = 4\nelevation = [\"0 deg\"]\nband", "exclude each other"),
+        ("mode = 4\nband", "mode = 4\nelevation = [\"0 deg\"]\nband", "cannot be given together"),
         ("band = \"43 Hz .. 54 Hz\"", "", "the expected frequency of the mode is missing"),
         ("\"10.0 Hz\"", "\"-1 Hz\"", "give a positive frequency"),
     ] {

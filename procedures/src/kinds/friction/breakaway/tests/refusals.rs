@@ -32,7 +32,7 @@ fn an_axis_without_torque_constant_and_a_stroke_too_short_are_refused() {
     keys.ramps = ramps(&[1.0], &[1.0], 1);
     keys.holding_torque_nm = 50.0;
     insta::assert_snapshot!(messages(&keys, |axis| axis.torque_constant_nm_per_a = None), @r#"
-    the stroke of [map] on axis `el` is 13.3333 deg long, at least 15.3333 deg is needed: twice `displacement` and a cogging period
+    the stroke of [map] on axis `el` is 13.3333 deg long, but at least 15.3333 deg is needed: twice `displacement` plus a cogging period
     axis `el` has no torque constant: a current rate gives no torque ramp
     "#);
 }

@@ -87,10 +87,10 @@ fn limits_of_the_axis_are_kept() {
         "[sweep]\nvelocity = [\"70 deg/s\"]\nspan = \"-8 deg .. 95 deg\"\nacceleration = \"200 deg/s^2\"\n";
     assert_snapshot!(refused(text), @r#"
 error: velocity 70 deg/s is above the axis' 60 deg/s
-  = help: at most 60 deg/s
+  = help: use at most 60 deg/s
 error: acceleration 200 deg/s^2 is above the axis' 90 deg/s^2
-  = help: at most 90 deg/s^2
-error: span -8 deg .. 95 deg leaves the axis' soft limits -9.5 deg .. 89.5 deg
+  = help: use at most 90 deg/s^2
+error: span -8 deg .. 95 deg exceeds the axis' soft limits -9.5 deg .. 89.5 deg
   = help: stay inside -9.5 deg .. 89.5 deg
 "#);
     assert_snapshot!(refused(""), @r#"
@@ -121,7 +121,7 @@ error: neither `span` nor `periods`
 1 | [sweep]
   | ^^^^^^^
   = help: give `span = "-60 deg .. 60 deg"`, or `periods = 2` for the span that each velocity needs
-error: a velocity that is not above 0
+error: expected velocities above 0
  --> procedure.toml:2:12
   |
 2 | velocity = ["2 deg/s", "-2 deg/s"]
@@ -150,7 +150,7 @@ error: both `span` and `periods`
     assert_snapshot!(
         wrong("[sweep]\nvelocity = [\"2 deg/s\"]\nspan = \"-60 deg .. 60 deg\"\nopposite-span = \"100 deg .. 160 deg\"\n"),
         @r#"
-error: not half a turn from `span`
+error: `opposite-span` is not half a turn from `span`
  --> procedure.toml:4:17
   |
 4 | opposite-span = "100 deg .. 160 deg"

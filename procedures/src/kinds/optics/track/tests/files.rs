@@ -45,7 +45,7 @@ fn a_coarse_loop_leaves_the_mirror_alone_and_a_fine_one_the_gimbal() {
 
 #[test]
 fn what_cannot_be_measured_is_refused_in_the_file() {
-    assert!(mistakes("both", "azimuth = \"40 deg\"").contains("does not stand inside `span`"));
+    assert!(mistakes("both", "azimuth = \"40 deg\"").contains("does not start inside `span`"));
     assert!(mistakes("cross", "").contains("unknown loops `cross`"));
     assert!(mistakes("both", "window-before = \"-1 s\"").contains("before it begins"));
     assert!(mistakes("both", "[rails]\ndistance = \"85 m\"").contains("rail"));
