@@ -191,7 +191,7 @@ fn a_journal_that_was_edited_removed_linked_or_is_of_another_run_is_found() {
             |run| edit(run, journal::FILE, |t| t.replace("\"exit_code\":0", "\"exit_code\":1")),
             "journal.jsonl does not match its digest in SHA256SUMS",
         ),
-        ("another run's journal", |run| from_other(run, journal::FILE, journal::FILE), "belongs to another run"),
+        ("another run's journal", |run| from_other(run, journal::FILE, journal::FILE), "to another run"),
         (
             "another run's title page",
             |run| from_other(run, "run.json", "run.json"),

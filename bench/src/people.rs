@@ -101,7 +101,8 @@ fn planted_defect(s: &Situation<'_>) -> Option<String> {
     let planted = s.unit.is_defect();
     planted.then(|| {
         format!(
-            "unit `{}` is a planted defect, but {} is real: defects run on simulated devices only; choose another --unit",
+            "unit `{}` is a planted defect, but {} is real: defects run on simulated devices only; choose \
+             another --unit",
             s.unit.id, s.real[0]
         )
     })
@@ -124,7 +125,8 @@ fn safety_answered_by_nobody(s: &Situation<'_>) -> Option<String> {
         _ => return None,
     };
     Some(format!(
-        "{flag}: safety prompt `{prompt}` must be answered by a person at the rig, because {} is real; leave out {flag}",
+        "{flag}: safety prompt `{prompt}` must be answered by a person at the rig, because {} is real; \
+         leave out {flag}",
         s.real[0]
     ))
 }

@@ -336,7 +336,8 @@ impl<T: Copy> Session<T> {
 
     fn silence(&self, waited_s: f64) -> DeviceError {
         let reason = format!(
-            "{}: no whole answer within {waited_s:.3} s, {} bytes so far; check power, address and cable of the instrument",
+            "{}: no whole answer within {waited_s:.3} s, {} bytes so far; check power, address and cable \
+             of the instrument",
             self.asked(),
             self.answer.len()
         );

@@ -79,7 +79,8 @@ const ENTRY: &[Field] = &[
     Field::required(
         "file",
         Shape::Text,
-        "Procedure file, relative to the campaign; `shipped:quick/az-friction.toml` for one that comes with the program.",
+        "Procedure file, relative to the campaign; `shipped:quick/az-friction.toml` for one that comes \
+         with the program.",
     ),
     Field::optional(
         "points",
@@ -101,7 +102,8 @@ pub const FIELDS: &[Field] = &[
     Field::required(
         "requirements",
         Shape::Text,
-        "Requirements file, relative to the campaign; `shipped:requirements.toml` for the one that comes with the program.",
+        "Requirements file, relative to the campaign; `shipped:requirements.toml` for the one that comes \
+         with the program.",
     ),
     Field::optional(
         "must-measure",
@@ -124,7 +126,8 @@ pub const FIELDS: &[Field] = &[
     Field::optional(
         "stage",
         Shape::Tables(stage::FIELDS),
-        "Stages in order, `[[stage]]`; on simulated devices stages that do not need each other may run at the same time.",
+        "Stages in order, `[[stage]]`; on simulated devices stages that do not need each other may run at \
+         the same time.",
     ),
     Field::required(
         "procedure",

@@ -70,8 +70,8 @@ pub const FIELDS: &[Field] = &[
     Field::optional(
         "cool-down",
         Shape::Quantity(QuantityKind::Time),
-        "Longest wait before a point for the heat sinks to cool down to the gate `heat-sink`; the axes stay \
-         as they were left.",
+        "Longest wait before a point for the heat sinks to cool down to the gate `heat-sink`; the axes \
+         stay as they were left.",
     ),
     Field::optional(
         "valid-if",

@@ -153,8 +153,7 @@ const MASK: &[Field] = &[
     Field::required(
         "limit",
         Shape::Texts,
-        "Limit at each corner point; linear over the logarithm of the \
-                                            condition between them.",
+        "Limit at each corner point; linear over the logarithm of the condition between them.",
     ),
 ];
 

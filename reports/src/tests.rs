@@ -431,7 +431,10 @@ fn a_trip_that_a_procedure_is_there_to_provoke_alarms_nobody() {
     safety.trips[0].reason = "braking curve: az: 29.1 deg, limit 30 deg".to_owned();
     let page = rendered("html", &results);
     assert!(!page.contains("class=\"alarm\""));
-    assert!(page.contains("of them provoked deliberately by moves past a limit") && page.contains("first out, provoked"));
+    assert!(
+        page.contains("of them provoked deliberately by moves past a limit")
+            && page.contains("first out, provoked")
+    );
     let safety = results.findings.procedures[0].safety.as_mut().expect("the sample has it");
     safety.trips[0].reason = "following error: az".to_owned();
     assert!(rendered("html", &results).contains("1 trip (AZ-FRICTION)"), "nobody ordered that one");

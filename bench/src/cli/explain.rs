@@ -103,9 +103,9 @@ fn signals(name: &str) -> Option<String> {
     let row = |row: &Row| vec![row.signal.as_str().to_owned(), does(row.does), row.why.to_owned()];
     let rows: Vec<_> = SIGNALS.iter().map(row).collect();
     Some(format!(
-        "effect of signals on a run\n{}\nReal-time signals have no effect. SIGKILL, SIGSTOP and the signals \
-         of a crash (SIGSEGV, SIGBUS, SIGILL, SIGFPE, SIGSYS, SIGTRAP, SIGABRT) cannot be handled: the \
-         drives' own watchdogs then stop the axes.",
+        "effect of signals on a run\n{}\nReal-time signals have no effect. SIGKILL, SIGSTOP and the \
+         signals of a crash (SIGSEGV, SIGBUS, SIGILL, SIGFPE, SIGSYS, SIGTRAP, SIGABRT) cannot be handled: \
+         the drives' own watchdogs then stop the axes.",
         output::table(&rows)
     ))
 }

@@ -76,10 +76,10 @@ pub(super) struct Args {
 
 /// What `--help` says behind the options.
 const EXIT_CODES: &str = "Exit codes: 0 pass, conditional pass or a screening without shortfall; 1 a \
-                          shortfall; 2 a mistake in files or options; 3 inconclusive, incomplete, or a trip \
-                          in motion; 4 failure of bench, device or disk; 5 nothing selected; 6 refused \
-                          before motion; 129, 130, 143 stopped by a signal. Details: `bench explain \
-                          exit-code`.";
+                          shortfall; 2 a mistake in files or options; 3 inconclusive, incomplete, or a \
+                          trip in motion; 4 failure of bench, device or disk; 5 nothing selected; 6 \
+                          refused before motion; 129, 130, 143 stopped by a signal. Details: `bench \
+                          explain exit-code`.";
 
 /// A number of jobs, from 1.
 fn jobs(text: &str) -> Result<usize, String> {

@@ -96,9 +96,7 @@ const AXIS: &[Field] = &[
         "torque-constant",
         Shape::Quantity(K::TorqueConstant),
         Need::Optional,
-        "Torque constant, which \
-                                                                                  converts current into \
-                                                                                  torque.",
+        "Torque constant, which converts current into torque.",
     ),
     field("inertia", Shape::Quantity(K::Inertia), Need::Optional, "Inertia, for the J·α term."),
     field(

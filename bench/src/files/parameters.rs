@@ -165,7 +165,8 @@ pub fn load(rig: &Rig) -> Result<DirectorGains, Vec<Diagnostic>> {
             Some(section) => *own = section,
             None => {
                 let message = format!(
-                    "axis `{}` takes its gains from section `{}`, but parameters `{}` have no such section for an axis",
+                    "axis `{}` takes its gains from section `{}`, but parameters `{}` have no such section \
+                     for an axis",
                     axis.name, axis.gains, set.id
                 );
                 let known = quoted(set.sections());

@@ -61,11 +61,7 @@ fn read(t: &mut TableReader<'_>) -> Option<Rig> {
     } else if let Some(Err(error)) = cycle_s.map(check_cycle) {
         let help =
             "choose a rate whose period is such a number, as 4 kHz (25e-5 s), 2 kHz, 1 kHz, 500 Hz or 250 Hz";
-        t.mistake(
-            "loop-rate",
-            format!("a drive cannot be set to this period: {error}"),
-            Some(help.to_owned()),
-        );
+        t.mistake("loop-rate", format!("no drive accepts this period: {error}"), Some(help.to_owned()));
     }
     let before = t.mistakes();
     let placed = if t.has("device") { t.tables("device", device::read) } else { Some(Vec::new()) };
@@ -82,11 +78,7 @@ fn read(t: &mut TableReader<'_>) -> Option<Rig> {
     let has_gyro = |devices: &[DeviceEntry]| devices.iter().any(|d| d.role == Some(DeviceRole::InertialUnit));
     if axes.as_deref().is_some_and(by_gyro) && !devices.as_deref().is_none_or(has_gyro) {
         let help = "add an inertial unit as a `[[device]]`, or close the loop on the encoder".to_owned();
-        t.mistake(
-            "axis",
-            "a velocity loop is closed on the gyro, but the rig has no inertial unit",
-            Some(help),
-        );
+        t.mistake("axis", "a velocity loop uses the gyro, but the rig has no inertial unit", Some(help));
     }
     Some(Rig {
         id: id?,

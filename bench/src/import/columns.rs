@@ -146,7 +146,8 @@ impl Taken {
             return Ok(());
         }
         let message = format!(
-            "{}: all segments together read more than {MOST_READ_BYTES} bytes (each segment reads its tables from the start)",
+            "{}: all segments together read more than {MOST_READ_BYTES} bytes (each segment reads its \
+             tables from the start)",
             table.file()
         );
         Err(mistake(message, "import the segments one by one, or put each into a table of its own"))

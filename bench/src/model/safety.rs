@@ -121,8 +121,8 @@ pub const SAFETY_PARAMETERS: &[SafetyParameter] = &[
         recommended: "200 deg/s^2",
         least: "1 deg/s^2",
         most: "2000 deg/s^2",
-        reason: "full torque accelerates the rigid axis at about 120 deg/s^2 and structural ringing adds to \
-                 it; anything faster is an impact or a jumping encoder",
+        reason: "full torque accelerates the rigid axis at about 120 deg/s^2 and structural ringing adds \
+                 to it; anything faster is an impact or a jumping encoder",
     },
     SafetyParameter {
         key: "braking-deceleration",
@@ -256,7 +256,8 @@ pub const SAFETY_PARAMETERS: &[SafetyParameter] = &[
         recommended: "the stiffest measured (SPR); 54 N*m/rad for elevation",
         least: "0 N*m/rad",
         most: "5000 N*m/rad",
-        reason: "at an end of the travel it can exceed static friction: the axis then swings back when it is released",
+        reason: "at an end of the travel it can exceed static friction: the axis then swings back when it \
+                 is released",
     },
     SafetyParameter {
         key: "spring-rest",
@@ -288,8 +289,8 @@ pub const SAFETY_PARAMETERS: &[SafetyParameter] = &[
     SafetyParameter {
         key: "zero-tolerance",
         holds: Holds::Quantity(K::Angle, |s| &mut s.zero_tolerance_rad),
-        doc: "Largest difference between the encoder and the angle read from the axis' own scale before the \
-              first motion; the encoder zero is verified to this tolerance.",
+        doc: "Largest difference between the encoder and the angle read from the axis' own scale before \
+              the first motion; the encoder zero is verified to this tolerance.",
         recommended: "0.25 deg",
         least: "0.01 deg",
         most: "2 deg",

@@ -219,8 +219,8 @@ impl Desk {
         }
         let minutes = self.limit_s / 60.0;
         Err(Denied::Refused(format!(
-            "prompt `{}` was not answered within {minutes:.0} min; start the run \
-                                     again when somebody can answer",
+            "prompt `{}` was not answered within {minutes:.0} min; start the run again when somebody can \
+             answer",
             prompt.id
         )))
     }

@@ -94,7 +94,8 @@ const NOT_BLOCKED: [Signal; 12] = [
 ];
 
 /// Why Ctrl-Z does nothing.
-const HELD_OFF: &str = "Ctrl-Z is ignored during a run, because a suspended program cannot stop an axis; press Ctrl-C to stop the run";
+const HELD_OFF: &str = "Ctrl-Z is ignored during a run, because a suspended program cannot stop an axis; \
+                        press Ctrl-C to stop the run";
 
 /// Bit of the flag that says that the run has begun: before it, a signal ends the program.
 const BEGUN: u16 = 0x0200;

@@ -83,7 +83,8 @@ fn unknown(plan: &CampaignPlan, word: &str) -> String {
     match nearest(word, known) {
         Some(near) => format!("{message}; did you mean `{near}`?"),
         None => format!(
-            "{message}; `bench plan` lists its stages and procedures, `bench list requirements` lists all requirements"
+            "{message}; `bench plan` lists its stages and procedures, `bench list requirements` lists all \
+             requirements"
         ),
     }
 }

@@ -165,7 +165,8 @@ impl CampaignPlan {
         let caught = (0..waits.len()).find(|&index| reached(index).contains(&index))?;
         let id = &self.procedures[caught].procedure.id;
         let message = format!(
-            "circular dependency: the stage of {id} needs a stage whose procedures close loops in the same build state"
+            "circular dependency: the stage of {id} needs a stage whose procedures close loops in the same \
+             build state"
         );
         Some(
             Diagnostic::new(message)

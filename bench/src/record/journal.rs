@@ -141,7 +141,8 @@ impl Journal {
         let mut file = File::options().write(true).open(&path).map_err(failed)?;
         file.try_lock().map_err(|e| match e {
             TryLockError::WouldBlock => format!(
-                "{}: the run is still in progress: a running process writes this journal; wait until it ends or stop it",
+                "{}: the run is still in progress: a running process writes this journal; wait until it \
+                 ends or stop it",
                 folder.display()
             ),
             TryLockError::Error(e) => failed(e),

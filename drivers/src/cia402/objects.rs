@@ -220,13 +220,8 @@ pub const OBJECTS: &[Object] = &[
     object(0x1C13, 0, "TxPDO assignment, count", U8, ReadWrite, "", "Number of assigned PDOs; 0 while the list changes."),
     object(0x1C13, 1, "TxPDO assignment, entry 1", U16, ReadWrite, "", "1A00h."),
     object(0x22A3, 0, "heat sink temperature", I16, ReadOnly, "0.1 degC", "Vendor object: temperature of the heat sink."),
-    object(0x2F00, 0, "process data watchdog", U16, ReadWrite, "100 us", "Vendor object: time without new \
-                                                                          outputs in OP after which the \
-                                                                          drive reacts as set in 6007h."),
-    object(0x6007, 0, "abort connection option code", I16, ReadWrite, "", "Reaction of the drive when the \
-                                                                           process data stop: 0 nothing, 1 \
-                                                                           fault, 2 disable voltage, 3 \
-                                                                           quick stop."),
+    object(0x2F00, 0, "process data watchdog", U16, ReadWrite, "100 us", "Vendor object: time without new outputs in OP after which the drive reacts as set in 6007h."),
+    object(0x6007, 0, "abort connection option code", I16, ReadWrite, "", "Reaction of the drive when the process data stop: 0 nothing, 1 fault, 2 disable voltage, 3 quick stop."),
     object(0x603F, 0, "error code", U16, ReadOnly, "", "Code of the last fault."),
     object(0x6040, 0, "controlword", U16, ReadWrite, "", "Commands of the power state machine."),
     object(0x6041, 0, "statusword", U16, ReadOnly, "", "Power state and flags."),

@@ -79,8 +79,8 @@ impl Transaction {
             return Err(DeviceError::Bus {
                 device: line.name().to_owned(),
                 reason: format!(
-                    "{}: expected X at the end of the reply, found {last:02X}h; check the bit rate and look \
-                     for another talker on the line",
+                    "{}: expected X at the end of the reply, found {last:02X}h; check the bit rate and \
+                     look for another talker on the line",
                     text_of(command)
                 ),
             });

@@ -93,7 +93,8 @@ impl fmt::Display for HeatingError {
             Self::FewCycles { needed, found } => {
                 write!(
                     f,
-                    "{found} whole cycles, but {needed} are needed to determine the final temperature: run more cycles"
+                    "{found} whole cycles, but {needed} are needed to determine the final temperature: run \
+                     more cycles"
                 )
             }
             Self::NotANumber => {

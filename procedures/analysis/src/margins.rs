@@ -110,7 +110,8 @@ pub enum MarginError {
     },
     /// The locus does not close inside the band, so nothing can be counted.
     #[error(
-        "stability not decided: |L| is {gain} at the last line, {at_hz} Hz: extend the measurement until it is below 1"
+        "stability not decided: |L| is {gain} at the last line, {at_hz} Hz: extend the measurement until \
+         it is below 1"
     )]
     BandTooShort {
         /// |L| at the last line.

@@ -84,7 +84,8 @@ pub(super) fn read(table: &mut TableReader<'_>) -> Option<Stage> {
         table.mistake("id", "`id` of a stage: letters, digits, `-` and `_`, such as `range`", None);
     }
     if state.is_some() && !prompts.iter().any(|prompt| prompt.class == PromptClass::Safety) {
-        let help = "add a `[[stage.prompt]]` of class `safety`: the operator must set up the build state and confirm it";
+        let help = "add a `[[stage.prompt]]` of class `safety`: the operator must set up the build state \
+                    and confirm it";
         table.mistake(
             "state",
             "a stage with a build state does not ask the operator for it",

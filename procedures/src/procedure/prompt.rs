@@ -51,7 +51,8 @@ pub(crate) const FIELDS: &[Field] = &[
         "simulated",
         Shape::Boolean,
         "false",
-        "With simulated devices only, the bench answers: the simulation provides what the prompt asks for, such as a target.",
+        "With simulated devices only, the bench answers: the simulation provides what the prompt asks for, \
+         such as a target.",
     ),
 ];
 

@@ -66,7 +66,8 @@ pub enum OpticsReason {
     NoTrackRecord,
     #[error("too few frames were left out")]
     LittleLeftOut,
-    #[error("target never acquired: check that it was where the procedure says and stood still until it was tracked{}", as_seen(.seen))]
+    #[error("target never acquired: check that it was where the procedure says and stood still until it \
+             was tracked{}", as_seen(.seen))]
     NeverAcquired { seen: Option<[TargetSeen; 2]> },
     #[error("the point did not complete")]
     NotCompleted,

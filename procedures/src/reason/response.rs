@@ -42,7 +42,8 @@ pub enum ResponseReason {
     )]
     NoLag { first: f64, second: f64 },
     #[error(
-        "no two realisations with different phases have lines in common: use four or more realisations, with random phases"
+        "no two realisations with different phases have lines in common: use four or more realisations, \
+         with random phases"
     )]
     NoSharedLines,
     #[error("no line to compare")]

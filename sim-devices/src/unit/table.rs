@@ -82,7 +82,8 @@ const OWN: [Setting<Field<TableSettings>>; 3] = [
         quantity: "count",
         range_si: [0.0, 4_294_967_295.0],
         default: "0",
-        doc: "Vendor id (1018h:1) that the drives claim, so that the bench treats them as real; 0: the simulator's mark.",
+        doc: "Vendor id (1018h:1) that the drives claim, so that the bench treats them as real; 0: the \
+              simulator's mark.",
         source: "ours: refusals with real devices",
         field: |table| &mut table.vendor_count,
     },

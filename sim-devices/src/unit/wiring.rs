@@ -72,9 +72,8 @@ pub(super) const WIRING: &[Row] = &[
         quantity: "count",
         range_si: [0.0, 4_294_967_295.0],
         defaults: &["0"],
-        docs: &[
-            "Vendor id (1018h:1) that the drives claim, so that the bench treats them as real; 0: the simulator's mark.",
-        ],
+        docs: &["Vendor id (1018h:1) that the drives claim, so that the bench treats them as real; 0: the \
+                 simulator's mark."],
         sources: &["ours: refusals with real devices"],
         field: |unit, _| &mut unit.wiring.vendor_count,
     },

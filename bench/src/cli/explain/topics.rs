@@ -57,10 +57,11 @@ const REPORT: &str = include_str!("../../../../docs/report.md");
 const GLOSSARY: &str = include_str!("../../../../docs/glossary.md");
 
 const SELECTION: &str = "
-`--select WORD…` runs only the procedures that one of the words selects. A word is the id of a requirement, of a procedure or of a
-stage, the name of an axis, or a kind. Procedures on which the selected ones depend are added: the polarity check before closed loops,
-the procedures that show the signs of trackers and mirror, and the torque constant by force gauge for requirements on torques. The
-report is marked PARTIAL, and only the requirements that the selection verifies must get a verdict.
+`--select WORD…` runs only the procedures that one of the words selects. A word is the id of a requirement, of a
+procedure or of a stage, the name of an axis, or a kind. Procedures on which the selected ones depend are added: the
+polarity check before closed loops, the procedures that show the signs of trackers and mirror, and the torque constant
+by force gauge for requirements on torques. The report is marked PARTIAL, and only the requirements that the selection
+verifies must get a verdict.
 
   bench run --select FRC-AZ                  the procedures that measure the friction of azimuth
   bench run fat --select velocity-loop       one stage
@@ -68,13 +69,15 @@ report is marked PARTIAL, and only the requirements that the selection verifies 
 ";
 
 const STAGES: &str = "
-A campaign may have `[[stage]]` entries. Each of its procedures then belongs to one stage. A stage begins when the stages that it `needs`
-are over. With `needs-complete` all procedures of those stages must have completed; with `needs-pass` the named requirements must have
-passed. Otherwise the stage is skipped with the reason, and the run continues with the stages that do not need it.
+A campaign may have `[[stage]]` entries. Each of its procedures then belongs to one stage. A stage begins when the
+stages that it `needs` are over. With `needs-complete` all procedures of those stages must have completed; with
+`needs-pass` the named requirements must have passed. Otherwise the stage is skipped with the reason, and the run
+continues with the stages that do not need it.
 
-A stage may require a build state of the unit (`state`): azimuth as a torque table, azimuth on its supports, both axes with an equivalent
-payload, or `final`. A safety prompt asks the operator to confirm it. What is measured in an earlier build state is reported but not
-judged. `bench list states` shows the build states, `bench plan CAMPAIGN` the stages with their prompts.
+A stage may require a build state of the unit (`state`): azimuth as a torque table, azimuth on its supports, both axes
+with an equivalent payload, or `final`. A safety prompt asks the operator to confirm it. What is measured in an
+earlier build state is reported but not judged. `bench list states` shows the build states, `bench plan CAMPAIGN` the
+stages with their prompts.
 ";
 
 /// The page of this name.
@@ -108,8 +111,9 @@ fn units() -> String {
         std::iter::once(head).chain(QuantityKind::ALL.into_iter().map(row)).collect();
     format!(
         "Write quantities in quotes, with their unit: \"10 deg/s\". Write two points between the ends of a \
-         range: \"-10 deg .. 90 deg\". Begin a limit with a comparator: \"<= 45 N*m\". The unit must be one \
-         of the quantity, even where dimensions agree: Hz is not accepted for an angular velocity.\n\n{}",
+         range: \"-10 deg .. 90 deg\". Begin a limit with a comparator: \"<= 45 N*m\". The unit must be \
+         one of the quantity, even where dimensions agree: Hz is not accepted for an angular \
+         velocity.\n\n{}",
         output::table(&rows)
     )
 }
@@ -120,12 +124,12 @@ fn gates() -> String {
         .map(|(name, kind)| vec![format!("  {name}"), format!("\"< {}\"", kind.example())])
         .collect();
     format!(
-        "A gate is a condition that must be met before anything moves. Otherwise the point is refused (exit \
-         6) or, where `cool-down` is given, the run waits for the heat sinks to cool down. A procedure sets \
-         these gates under `[gate]`:\n{}\nIn addition every run checks that the disk has room for the \
-         planned logs, and `polarity`: no loop is closed before the signs and scales of torque, encoders \
-         and gyros are proven. Stages of a campaign have their own gates (`bench explain stages`). \
-         Interlocks are not gates: they are checked in every tick (`bench explain rig`).",
+        "A gate is a condition that must be met before anything moves. Otherwise the point is refused \
+         (exit 6) or, where `cool-down` is given, the run waits for the heat sinks to cool down. A \
+         procedure sets these gates under `[gate]`:\n{}\nIn addition every run checks that the disk has \
+         room for the planned logs, and `polarity`: no loop is closed before the signs and scales of \
+         torque, encoders and gyros are proven. Stages of a campaign have their own gates (`bench explain \
+         stages`). Interlocks are not gates: they are checked in every tick (`bench explain rig`).",
         output::table(&rows)
     )
 }

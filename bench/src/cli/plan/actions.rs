@@ -49,8 +49,8 @@ pub(super) fn list(plan: &CampaignPlan, rig: &Rig) -> Vec<String> {
 /// What comes before the first procedure; nothing can move in it.
 const BEFORE: [&str; 4] = [
     "1. open (PRE-OP, nothing can move): identity, scales, mapping, limits, watchdog; all written and read back",
-    "2. lock the rig's resources where a device is real; refuse to start where another run or an unfinished \
-     run has locked them",
+    "2. lock the rig's resources where a device is real; refuse to start where another run or an \
+     unfinished run has locked them",
     "3. title page, journal, free disk for the planned logs",
     "4. polarity (proves encoder, gyro and torque signs) before the first closed loop, unless already proven",
 ];

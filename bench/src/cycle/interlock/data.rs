@@ -101,7 +101,8 @@ pub(crate) const TRACKER_LOST: Interlock = Interlock {
 
 pub(crate) const LIVENESS: Interlock = Interlock {
     name: "liveness",
-    doc: "The log writer has not responded for 100 ms; a control loop that hangs is stopped by the watchdogs of its drives.",
+    doc: "The log writer has not responded for 100 ms; a control loop that hangs is stopped by the \
+          watchdogs of its drives.",
     unit: "s",
     shared: true,
     steerable: true,

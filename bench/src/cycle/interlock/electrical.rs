@@ -38,7 +38,8 @@ const UNCOMMANDED_S: f64 = 0.010;
 
 pub(crate) const MEAN_TORQUE: Interlock = Interlock {
     name: "I2t",
-    doc: "The root mean square of the torque, over the thermal time of motor and drive, exceeds what they can sustain.",
+    doc: "The root mean square of the torque, over the thermal time of motor and drive, exceeds what they \
+          can sustain.",
     unit: "N*m",
     shared: false,
     steerable: true,
@@ -70,7 +71,8 @@ fn bus_voltage(view: &View<'_>) -> Option<(f64, f64)> {
 
 pub(super) const EMERGENCY_STOP: Interlock = Interlock {
     name: "emergency stop",
-    doc: "The emergency stop chain is open: the hardware removes the torque, and the bench commands nothing against it.",
+    doc: "The emergency stop chain is open: the hardware removes the torque, and the bench commands \
+          nothing against it.",
     unit: "bit",
     shared: true,
     steerable: false,

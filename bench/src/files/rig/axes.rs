@@ -108,7 +108,8 @@ fn check_gyros(t: &mut TableReader<'_>, all: &[Written]) {
         let by_gyro = written.axis.velocity_feedback == VelocityFeedback::Gyro;
         if by_gyro && gimbal.and_then(|gimbal| gimbal.place_of(index)).is_none() {
             let message = format!("the gyros do not measure the rate of axis `{}`", written.axis.name);
-            let help = "they are mounted on the carried axis: add `carried-by` to it, or close this loop on the encoder";
+            let help = "they are mounted on the carried axis: add `carried-by` to it, or close this loop \
+                        on the encoder";
             t.mistake_at(written.feedback.clone(), message, Some(help.to_owned()));
         }
     }

@@ -16,8 +16,7 @@ pub(super) const INSTRUMENT_FIELDS: &[Field] = &[
         "simulated",
         Shape::Boolean,
         "false",
-        "The instrument is simulated: it has no \
-                                                          certificate and no due date.",
+        "The instrument is simulated: it has no certificate and no due date.",
     ),
     Field::optional("maker", Shape::Text, "Manufacturer."),
     Field::optional("model", Shape::Text, "Model."),

@@ -107,7 +107,10 @@ const RULES: &[Rule] = &[
             (gap_s > s.safety.watchdog_s).then(|| {
                 let gap = K::Time.format(gap_s);
                 let watchdog = K::Time.format(s.safety.watchdog_s);
-                format!("`max-missed-periods` allows {gap} without a frame, but `process-data-watchdog` is {watchdog}")
+                format!(
+                    "`max-missed-periods` allows {gap} without a frame, but `process-data-watchdog` is \
+                     {watchdog}"
+                )
             })
         },
         because: "the drive would stop the axis before the bench trips: allow fewer missed periods",
@@ -115,7 +118,8 @@ const RULES: &[Rule] = &[
     Rule {
         key: "polarity-torque",
         broken: polarity_torque_of_no_use,
-        because: "it must break the axis away (1.2 times the expected friction) and stay within the torque of the drive",
+        because: "it must break the axis away (1.2 times the expected friction) and stay within the torque \
+                  of the drive",
     },
     Rule {
         key: "least-static-friction",
@@ -224,8 +228,8 @@ fn more_than_the_motor_gives(s: &Settings<'_>) -> Option<String> {
         let wanted = found(wanted);
         let gives = found(gives);
         format!(
-            "`braking-deceleration` {wanted} is more than the motor can deliver: {torque} less {load} \
-                 of loads is {gives}"
+            "`braking-deceleration` {wanted} is more than the motor can deliver: {torque} less {load} of \
+             loads is {gives}"
         )
     })
 }

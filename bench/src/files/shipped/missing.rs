@@ -55,7 +55,8 @@ pub(super) fn path(folder: Folder, path: &Path, beside: Option<&str>, is_shipped
             format!("there is no folder `{parent}` either; paths start at the current working directory")
         }
         None => format!(
-            "give the path of a file with {}; `bench list` shows what is shipped, and `{SHIPPED}` before a name selects it",
+            "give the path of a file with {}; `bench list` shows what is shipped, and `{SHIPPED}` before a \
+             name selects it",
             folder.content()
         ),
     };
@@ -96,8 +97,8 @@ fn another_sort(folder: Folder, name: &str) -> Option<String> {
     let kind = KINDS.iter().any(|kind| kind.name == name) && folder == Folder::Procedures;
     kind.then(|| {
         format!(
-            "`{name}` is a kind of procedure: `bench list procedures` shows the procedures of \
-                          each kind, `--select {name}` runs them"
+            "`{name}` is a kind of procedure: `bench list procedures` shows the procedures of each kind, \
+             `--select {name}` runs them"
         )
     })
 }

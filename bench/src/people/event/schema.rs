@@ -36,8 +36,7 @@ const SHAPES: &[Shape] = &[
     shape("procedure-started", "A procedure begins.", &[("procedure", Text), ("points", Count)]),
     shape("point-started", "A point begins; `number` counts from 1.", &[("procedure", Text), ("point", Text), ("number", Count), ("points", Count), ("planned_s", Seconds)]),
     shape("point-ended", "A point ended.", &[("procedure", Text), ("point", Text), ("status", Text), ("planned_s", Seconds), ("reason", Maybe)]),
-    shape("procedure-ended", "A procedure ended and was judged by its own log; the final verdicts follow at \
-                              the end of the run.", &[("procedure", Text), ("status", Text), ("planned_s", Seconds), ("verdicts", Texts(&["requirement", "verdict"]))]),
+    shape("procedure-ended", "A procedure ended and was judged by its own log; the final verdicts follow at the end of the run.", &[("procedure", Text), ("status", Text), ("planned_s", Seconds), ("verdicts", Texts(&["requirement", "verdict"]))]),
     shape("notice", "Information for the operator.", &[("text", Text)]),
     shape("result", "The result in words.", &[("parts", Parts)]),
     shape("question", "A question to the operator.", &[("text", Text)]),

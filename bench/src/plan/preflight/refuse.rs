@@ -164,7 +164,8 @@ fn lets_go(at: &str, point: &PointEnvelope, axis: &RigAxis) -> Option<Diagnostic
         return None;
     }
     let message = format!(
-        "{at}: the torque is to be switched off at {}, but axis `{}` may not stay there: the load is {}, static friction {}",
+        "{at}: the torque is to be switched off at {}, but axis `{}` may not stay there: the load is {}, \
+         static friction {}",
         Q::Angle.format(ordered.from_rad),
         axis.name,
         Q::Torque.format(stop.loads.at(ordered.from_rad).abs()),

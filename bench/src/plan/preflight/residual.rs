@@ -11,7 +11,8 @@ use crate::model::rig::Rig;
 pub(crate) fn risks(found: &[ProcedureEnvelope], rig: &Rig) -> Vec<String> {
     let mut all = Vec::new();
     if rig.emergency_stop_bit.is_none() {
-        let text = "emergency stop: the rig names no input for it; the bench notices it only when drives leave operation";
+        let text = "emergency stop: the rig names no input for it; the bench notices it only when drives \
+                    leave operation";
         all.push(text.to_owned());
     }
     for axis in &rig.axes {
@@ -47,7 +48,7 @@ pub(crate) fn risks(found: &[ProcedureEnvelope], rig: &Rig) -> Vec<String> {
     if rig.device(DeviceRole::Mirror).is_some() {
         all.push(
             "mirror: it has no watchdog; if the bench program dies, it keeps its last position. A trip \
-                  sends it to 0 V within 100 ms"
+             sends it to 0 V within 100 ms"
                 .to_owned(),
         );
     }
@@ -61,8 +62,8 @@ fn zero(axis: &RigAxis) -> String {
     let zero = Q::Angle.format(axis.limits.zero_tolerance_rad);
     format!(
         "{}: the zero of its encoder is verified to {zero} only, by reading the scale on the axis before \
-         the first motion; the soft limits are {} inside the ends of travel, and an axis that creeps to the \
-         very ends may be {zero} beyond them",
+         the first motion; the soft limits are {} inside the ends of travel, and an axis that creeps to \
+         the very ends may be {zero} beyond them",
         axis.name,
         Q::Angle.format(clear_rad)
     )

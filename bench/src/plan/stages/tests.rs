@@ -122,7 +122,11 @@ fn loops_in_a_rebuilt_unit_want_polarity_of_their_own_and_no_check_of_it_waits_f
     let early =
         stage("table", &format!("state = \"azimuth-table\"\n{ask}"), "shipped:quick/az-friction.toml");
     let Err(PlanError::Mistakes(found)) = campaign(&early) else { panic!("a mistake") };
-    assert!(found[0].message.contains("but no procedure checks polarity in that state"), "{}", found[0].message);
+    assert!(
+        found[0].message.contains("but no procedure checks polarity in that state"),
+        "{}",
+        found[0].message
+    );
     let circle = stage("friction", "", "shipped:quick/az-friction.toml")
         + &stage("signs", "needs = [\"friction\"]", "shipped:polarity.toml");
     let Err(PlanError::Mistakes(found)) = campaign(&circle) else { panic!("a mistake") };

@@ -60,7 +60,8 @@ const fn fields(frame_rate: &'static str) -> [Field; 6] {
             "x-is",
             Shape::Choice(&["cross-elevation", "elevation"]),
             "cross-elevation",
-            "Angle that moves the image along x; the other one moves it along y (erratum E26: the coarse camera is rotated).",
+            "Angle that moves the image along x; the other one moves it along y (erratum E26: the coarse \
+             camera is rotated).",
         ),
         Field::default(FRAME_RATE, Shape::Quantity(K::Frequency), frame_rate, "Frames per second."),
         Field::required(

@@ -120,7 +120,8 @@ pub enum PeriodicError {
     },
     /// A nuisance column is a combination of lines, offset, slope and the columns before it.
     #[error(
-        "nuisance column {column} is not independent of the lines, offset, slope and the columns before it: leave it out"
+        "nuisance column {column} is not independent of the lines, offset, slope and the columns before \
+         it: leave it out"
     )]
     Dependent {
         /// Index of the column; those of offset and slope come first if they are at fault.

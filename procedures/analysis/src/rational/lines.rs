@@ -34,7 +34,8 @@ pub enum LineError {
     },
     /// Frequencies do not ascend from above 0.
     #[error(
-        "line {line} of response {response} is at {frequency_hz} Hz: frequencies must be above 0 and ascend, each once"
+        "line {line} of response {response} is at {frequency_hz} Hz: frequencies must be above 0 and \
+         ascend, each once"
     )]
     NotAscending {
         /// Index of the response.

@@ -26,22 +26,25 @@ with the time at rest (`dwell-slope`), the stiffness and damping of the contact 
 without torque (`hold-margin`).
 
 # How it excites
-A slow stroke back and forth around the pose first. Each ramp: approach from below by more than 8 z_ss, settle, dwell
-at constant torque, then motor torque at a constant rate, dithered by half a quantum, until the axis has moved by
-`displacement`. The multisine stays at or below 0.1 of static friction. Hold points let go for a while, then ramp both
-ways: three for each judged pose, a third of a cogging period apart, one for each further pose.
+First a slow stroke back and forth around the pose. Each ramp: approach from below by more than 8 z_ss, settle, dwell at
+constant torque, then motor torque at a constant rate, dithered by half a quantum, until the axis has moved by
+`displacement`. The multisine stays at or below 0.1 of static friction. Hold points release the axis for a while, then
+ramp in both directions: three points for each judged pose, a third of a cogging period apart, and one for each further
+pose.
 
 # How it computes
-F̂ = Kt·i − J·α = Kt·(i − (J/Kt)·α), with Kt by the force gauge and J/Kt by a response of the sliding axis where the run has
-them, else by the rig file; what J changes by its uncertainty is in that of each result. Half the sum of both directions of the stroke is cogging, unbalance and spring near the pose; it is
-taken off every ramp and the multisine. Bristle stiffness σ0 and plateau T_∞ come from an exponential fit with free
-initial bristle state and rate term, z_ss = T_∞/σ0 (mean over the ramps). Breakaway is the maximum over 0.5…8 z_ss of F̂
-smoothed by one polynomial of degree 10 over 0.3…9 z_ss; how far the axis had moved there is in the result's flag. The dwell counts from the last motion to 3 z_ss. The dwell law
-T = T0 + slope·ln(1 + t/τ_d) is that of this maximum, which lies where the contact has mostly renewed itself: its slope
-is smaller than the growth of static friction itself. Multisine: T + Jω²X = (σ0 + jω(σ1 + σ2))·Z on the excited
-lines, Z the bristle along the measured path. Hold: breakaway in the direction of the load with the load left in (where the
-axis slides off on its own, minus the torque that accelerates it), mean over the three phases of the cogging; the
-amplitude A that they show is in the uncertainty, u = A/√2 (cosine at an unknown phase).
+F̂ = Kt·i − J·α = Kt·(i − (J/Kt)·α), with Kt from the force gauge and J/Kt from a response of the sliding axis where the
+run has them, otherwise from the rig file. The uncertainty of J is included in that of each result. Half the sum of both
+directions of the stroke is cogging, unbalance and spring near the pose; it is subtracted from every ramp and from the
+multisine. Bristle stiffness σ0 and plateau T_∞ come from an exponential fit with free initial bristle state and rate
+term, z_ss = T_∞/σ0 (mean over the ramps). Breakaway is the maximum over 0.5…8 z_ss of F̂ smoothed by one polynomial of
+degree 10 over 0.3…9 z_ss; the displacement there is given in the result's flag. The dwell counts from the last motion to
+3 z_ss. The dwell law T = T0 + slope·ln(1 + t/τ_d) is that of this maximum, which lies where the contact has mostly
+renewed itself: its slope is smaller than the growth of static friction itself. Multisine: T + Jω²X = (σ0 + jω(σ1 + σ2))·Z
+on the excited lines, Z the bristle along the measured path. Hold: breakaway in the direction of the load, with the load
+not subtracted (where the axis slides by itself, minus the torque that accelerates it), mean over the three phases of the
+cogging; the amplitude A of the cogging that they show is included in the uncertainty, u = A/√2 (cosine at an unknown
+phase).
 
 # Fails when
 No breakaway within the time; less than 8 z_ss of displacement; torque at its limit; fit not converged; map missing;
@@ -204,8 +207,8 @@ const FIELDS: &[Field] = &[
     Field::required(
         "displacement",
         Shape::Quantity(Q::Angle),
-        "Movement that ends a ramp: more than 1.1 × 8 z_ss, where z_ss is the expected static friction over \
-         bristle stiffness.",
+        "Movement that ends a ramp: more than 1.1 × 8 z_ss, where z_ss is the expected static friction \
+         over bristle stiffness.",
     ),
     Field::default(
         "holding-torque",
@@ -386,7 +389,8 @@ impl ReadKeys for Keys {
             );
         }
         if (table.has("ramp") || table.has("multisine")) && !table.has("map") {
-            let help = "add [map]: a slow stroke that measures cogging, unbalance and spring, which are subtracted from the ramps";
+            let help = "add [map]: a slow stroke that measures cogging, unbalance and spring, which are \
+                        subtracted from the ramps";
             table.mistake(
                 "map",
                 "missing table `map`, which ramps and the multisine need",

@@ -34,8 +34,8 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         MAPPING,
         Q::Angle,
-        "Angle between the axis of rotation by the gyros and the one expected from the 45 deg mounting; 180 \
-         deg for a wrong sign.",
+        "Angle between the axis of rotation by the gyros and the one expected from the 45 deg mounting; \
+         180 deg for a wrong sign.",
     ),
     Measurand::new(DELAY, Q::Time, "Delay of the gyros relative to the encoder in the log."),
     Measurand::new(
@@ -46,7 +46,8 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         ZERO,
         Q::Angle,
-        "Elevation by the encoder less elevation by gravity, corrected for accelerometer biases; azimuth must be level.",
+        "Elevation by the encoder less elevation by gravity, corrected for accelerometer biases; azimuth \
+         must be level.",
     ),
     Measurand::new(
         GRAVITY,

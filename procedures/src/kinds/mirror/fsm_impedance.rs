@@ -27,14 +27,15 @@ The gimbal holds its pose, the mirror's amplifier is disconnected. The impedance
 peak) through log-spaced frequencies (20 Hz to 2 kHz).
 
 # How it computes
-Butterworth-Van Dyke circuit with a dielectric of constant loss angle, by complex nonlinear least squares over all
-points. The mode is the series resonance f_s, at which the mechanism rings with its terminals short-circuited. The coupling is
-the effective one of IEEE Std 176, k² = (f_p² - f_s²)/f_p² = C_1/(C_0 + C_1) with f_p the parallel resonance: C_0 is the
-clamped capacitance at f_s, some 3 % less than at 20 Hz by the loss of the dielectric, so k² is larger by as much than
-motional over whole capacitance at 20 Hz. Uncertainty from the inverse Fisher information and what the fit leaves. The level is that of the source, 2√2·I·|Z + 25 Ω| from the
-current of each point, where it departs most from what was asked for; at the terminals, behind those 25 Ω, it falls with
-|Z| (the flags say to what). The closed strain gauge loop (damping ratio 0.36, |G| peaks
-at 277 and 301 Hz) does not show here: it is another system than the bare mechanism (0.02).
+Butterworth-Van Dyke circuit with a dielectric of constant loss angle, by complex nonlinear least squares over all points.
+The mode is the series resonance f_s, at which the mechanism rings with its terminals short-circuited. The coupling is the
+effective one of IEEE Std 176, k² = (f_p² - f_s²)/f_p² = C_1/(C_0 + C_1) with f_p the parallel resonance: C_0 is the
+clamped capacitance at f_s, some 3 % less than at 20 Hz by the loss of the dielectric, so k² is larger by the same share
+than the ratio of motional to total capacitance at 20 Hz. The uncertainty comes from the inverse Fisher information and
+the residuals of the fit. The level is that of the source, 2√2·I·|Z + 25 Ω| from the current of each point, where it
+departs most from the requested level; at the terminals, behind those 25 Ω, it falls with |Z| (the flags say to what). The
+closed strain gauge loop (damping ratio 0.36, |G| peaks at 277 and 301 Hz) does not show here: it is a different system
+from the bare mechanism (0.02).
 
 # Fails when
 No analyser in the log; too few points, or over other frequencies than `range`; no capacitance; no resonance stands out of the noise: inconclusive with reason.

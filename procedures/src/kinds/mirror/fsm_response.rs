@@ -30,8 +30,8 @@ const DOC: &str = "\
 Closed-loop response of the steering mirror from command to tilt, for each axis of the mirror, level and command channel:
 `mirror-bandwidth` (-3 dB of the command), `mirror-attenuation-100-hz`, how far analog and serial channel differ
 (`channel-level-difference`, `channel-phase-difference`), `mirror-stroke` to the shorter side, the scale of the strain
-gauge against the autocollimator (`gauge-scale-departure`), `harmonic-distortion` of single sines, a resonance of what the
-mirror stands on (`reaction-resonance`), and the margins of its servo (`mirror-crossover`, `mirror-gain-margin`,
+gauge against the autocollimator (`gauge-scale-departure`), `harmonic-distortion` of single sines, a resonance of the
+mirror's support (`reaction-resonance`), and the margins of its servo (`mirror-crossover`, `mirror-gain-margin`,
 `mirror-phase-margin`, `mirror-modulus-margin`).
 
 # How it excites
@@ -41,28 +41,29 @@ positions in equal steps up to the reach on both sides, each ramped to from the 
 sines of the level. Stroke and harmonics use the first channel.
 
 # How it computes
-Input is what the driver really sent (`command_*_rad`), so that the turns of the serial line are in the input and not in
-the response; a negative order is one character longer than a positive one and acts that much later, which is in the input, too. Complex amplitudes over whole periods; the ratio of the means with its variance from the scatter of the
-periods. The hold from row to row and the known delay of the channel are taken off; a serial order adds its time on the
-line, 9 characters of 10 bits. Above about 1 kHz images of the hold fold back by some per cent. Bandwidth and
+The input is what the driver really sent (`command_*_rad`), so the timing of the serial line is part of the input and not
+of the response. A negative command is one character longer than a positive one and takes effect that much later, which is
+part of the input as well. Complex amplitudes over whole periods; the ratio of the means with its variance from the
+scatter of the periods. The hold from row to row and the known delay of the channel are removed; a serial command adds its
+time on the line, 9 characters of 10 bits. Above about 1 kHz images of the hold fold back by some per cent. Bandwidth and
 attenuation, by the autocollimator where there is one and else by the strain gauge (the flags say which): a parabola of dB
-over ln f through the nearest 11 lines that count; u from what they leave (so the distortion that repeats in every period
-is in it), their own scatter and the scale of the sensor. Channels: largest difference of the gauge up to 100 Hz by a smooth
-curve through all lines (ln of the ratio of gains by a constant, f² and f⁴, phase by f and f³), its square less what noise adds
-to it; a line 6 standard deviations off the curve counts by itself. 80 % of the lines must count in both channels, one of
-them in the highest third of an octave. Support: a resonance on
-top of a smooth response, if it explains far more than chance would, looked for in the autocollimator (which sees the
-mirror itself) and else in the gauge (which sees its motion against the support); lines next to it do not count. Stroke:
-mean of the last half of each rest; the farthest position reached, the shorter side. Lines do not count where their mean
-is less than 20 dB above its scatter or above 0.4 of the row rate. Open loop: L = T/(1 - T) of the response T by the
-gauge, line by line (the gauge is the sensor of the servo: its scale and its filter are in the loop and in T alike);
-margins from local fits as in `frequency-response`; u holds what the known delay of the channel may be off by, which is no
-part of the loop.
+over ln f through the nearest 11 lines that count; u from the residuals of that fit (which include distortion that repeats
+in every period), the scatter of the lines and the scale of the sensor. Channels: largest difference of the gauge up to
+100 Hz by a smooth curve through all lines (ln of the ratio of gains by a constant, f² and f⁴, phase by f and f³), its
+square is reduced by the contribution of noise; a line 6 standard deviations off the curve counts by itself. 80 % of the
+lines must count in both channels, one of them in the highest third of an octave. Support: a resonance on top of a smooth
+response that explains far more than chance would. It is sought in the autocollimator signal (which shows the mirror
+itself), or without one in the gauge signal (which shows motion against the support); lines next to it do not count.
+Stroke: mean of the last half of each rest; the farthest position reached, the shorter side. Lines do not count where
+their mean is less than 20 dB above its scatter or above 0.4 of the row rate. Open loop: L = T/(1 - T) of the response T
+by the gauge, line by line (the gauge is the sensor of the servo: its scale and its filter are in the loop and in T
+alike); margins from local fits as in `frequency-response`; u includes the uncertainty of the known delay of the channel,
+which is not part of the loop.
 
 # Fails when
 Rows are missing; a period is no whole number of rows; the command was cut off (saturation); no line counts around the
-number that is asked for. Stroke without autocollimator is inconclusive unless `gauge-u` is stated: the servo follows its
-gauge, so that a wrong scale does not show.
+requested frequency. Stroke without autocollimator is inconclusive unless `gauge-u` is stated: the servo follows its
+gauge, so a wrong scale does not show.
 
 # Source
 director.md §2 (FSM-BW, FSM-STR, FSM-CH), §4.4, E7, §8; Pintelon & Schoukens, System Identification, 2nd ed., §2.4.

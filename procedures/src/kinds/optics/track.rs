@@ -127,8 +127,8 @@ impl Experiment for Keys {
     }
 
     fn conclude(&self, _cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
-        let convention = "Errors of azimuth are given as cross-elevation, as the tracker sees them: azimuth \
-                          error times the cosine of elevation.";
+        let convention = "Errors of azimuth are given as cross-elevation, as the tracker sees them: \
+                          azimuth error times the cosine of elevation.";
         Conclusion { remarks: vec![convention.to_owned()], ..Conclusion::collected(points) }
     }
 }

@@ -103,7 +103,8 @@ impl Experiment for Keys {
 
     fn notes(&self, axis: &str, axes: &Axes) -> Vec<String> {
         let missing = axes.get(axis).is_some_and(|limits| limits.reference.is_none());
-        let note = "reference instrument missing: accuracy stays inconclusive, because the encoder alone shows only the servo error";
+        let note = "reference instrument missing: accuracy stays inconclusive, because the encoder alone \
+                    shows only the servo error";
         missing.then(|| note.to_owned()).into_iter().collect()
     }
 

@@ -21,19 +21,20 @@ const DOC: &str = "\
 Moving references under position control with velocity feed-forward.
 
 # What it finds
-Error of following a ramp, a sine, a path through given places: root mean square, 99.9 % percentile and peak of its
+Error of following a ramp, a sine, a path through given positions: root mean square, 99.9 % percentile and peak of its
 magnitude, as it is and with a pure delay removed, and that delay.
 
 # How it excites
-A ramp between two places, there and back, speeding up and braking within limits; whole periods of a sine, faded in and
-out; a path with continuous acceleration through places at times. Every reference begins where the axis rests: a path
-that jumps is refused.
+A ramp between two positions, out and back, speeding up and braking within limits; whole periods of a sine, faded in and
+out; a path with continuous acceleration through given positions at given times. Every reference begins where the axis
+rests: a path that jumps is refused.
 
 # How it computes
-Error = position command less encoder angle of the same row: nothing is aligned. The loop is closed on that very sample, so
-its age does not show: the axis itself is ahead of it by rate times age, 18 urad at 0.674 deg/s and 1.5 ms. Ramp: rows of constant rate, from 1 s after its beginning. Sine: rows of full amplitude, from 1 s
-on. Path: all rows. Aligned: the delay that explains most of the error (one parameter, least squares) is taken off; on a
-ramp that is any constant error. Uncertainty: bootstrap over circular blocks of 1 s.
+Error = position command less encoder angle of the same row: nothing is aligned. The loop is closed on the same sample, so
+the age of that sample does not show: the axis itself is ahead of it by rate times age, 18 urad at 0.674 deg/s and 1.5 ms.
+Ramp: rows of constant rate, from 1 s after its beginning. Sine: rows of full amplitude, from 1 s on. Path: all rows.
+Aligned: the delay that explains most of the error (one parameter, least squares) is removed; on a ramp that is any
+constant error. Uncertainty: bootstrap over circular blocks of 1 s.
 
 # Fails when
 Fewer than five blocks remain: inconclusive with the reason.
@@ -74,8 +75,7 @@ const MEASURANDS: &[Measurand] = &[
     measurand(OF_RAMP[2], "Following error on a ramp at constant rate, largest magnitude, not aligned."),
     measurand(
         OF_RAMP[3],
-        "Following error on a ramp, 99.9 % percentile, with a pure delay (here any \
-                           constant error) removed.",
+        "Following error on a ramp, 99.9 % percentile, with a pure delay (here any constant error) removed.",
     ),
     measurand(OF_RAMP[4], "Pure delay that was removed from the following error."),
     measurand(

@@ -33,9 +33,9 @@ velocity loop.
 # How it computes
 The responses of a direction are averaged on the time since their step. Rise from 10 % to 90 % of the final value; settled
 from where the response stays within 2 % of the height; final value is the mean of the last 0.5 s. Overshoot is the
-largest way of the averaged response beyond its final value. It counts as far as it exceeds the larger of three standard
-deviations of a single response at rest and 3 urad: `step-overshoot-excess` is the difference, 0 or less means none.
-The worse direction is reported.
+largest excursion of the averaged response beyond its final value. Only the part counts that exceeds the larger of three
+standard deviations of a single response at rest and 3 urad: `step-overshoot-excess` is the difference, 0 or less means
+none. The worse direction is reported.
 
 # Fails when
 A response does not reach half of its height, is not settled when its last 0.5 s begin, or fewer than three of a direction

@@ -41,7 +41,8 @@ pub(in crate::kinds) const EXCITATION: &[Field] = &[
         "signal",
         Shape::Choice(&["multisine", "sweep", "stepped"]),
         "multisine",
-        "Type of signal: all lines at once; a sine that sweeps through the band in each window; or one sine after the other.",
+        "Type of signal: all lines at once; a sine that sweeps through the band in each window; or one \
+         sine after the other.",
     ),
     Field::default(
         "grid",
@@ -59,8 +60,8 @@ pub(in crate::kinds) const EXCITATION: &[Field] = &[
         "level",
         Shape::QuantitiesOf(&[Q::Voltage, Q::AngularVelocity, Q::Current]),
         "4 V",
-        "Levels of the signal, peak to peak, one point each. A rate is added to the velocity command, a motor current to the torque. 1 V of the \
-         analog reference input is 1 deg/s or 1 A.",
+        "Levels of the signal, peak to peak, one point each. A rate is added to the velocity command, a motor current to \
+         the torque. 1 V of the analog reference input is 1 deg/s or 1 A.",
     ),
     Field::required("from", Shape::Quantity(Q::Frequency), "Lowest line."),
     Field::required("to", Shape::Quantity(Q::Frequency), "Highest line, at most 0.4 of the loop rate."),

@@ -122,8 +122,7 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         "velocity-modulus-margin",
         Q::Ratio,
-        "Modulus margin: smallest distance of the open \
-                                                         velocity loop from -1.",
+        "Modulus margin: smallest distance of the open velocity loop from -1.",
     ),
     Measurand::new(
         "velocity-disk-margin",
@@ -154,8 +153,7 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         "cross-coupling-high",
         Q::Ratio,
-        "Largest rate of the other axis over the rate of this \
-                                                     one above 10 Hz, under torque on this one.",
+        "Largest rate of the other axis over the rate of this one above 10 Hz, under torque on this one.",
     ),
     Measurand::new(
         "sensor-coaxiality",
@@ -165,8 +163,8 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         "direct-departure",
         Q::Ratio,
-        "Bias of the direct estimate of torque to rate in the closed loop: largest departure from the joint \
-         input-output estimate.",
+        "Bias of the direct estimate of torque to rate in the closed loop: largest departure from the \
+         joint input-output estimate.",
     ),
     Measurand::new(
         plant::GAINS_NAME,
@@ -202,8 +200,7 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         "closed-velocity-peak-gyro",
         Q::Decibel,
-        "Largest gain of the closed velocity loop by \
-                                                             the integrated gyro, L/(1 + L).",
+        "Largest gain of the closed velocity loop by the integrated gyro, L/(1 + L).",
     ),
 ];
 
@@ -249,7 +246,8 @@ impl ReadKeys for Keys {
             );
         }
         if responses.contains(&Response::VelocityPosition) && excited.into != Injection::Velocity {
-            let help = "`into = \"velocity\"` in `[excitation]`: with an injected torque the command is itself a response";
+            let help = "`into = \"velocity\"` in `[excitation]`: with an injected torque the command is \
+                        itself a response";
             table.mistake(
                 "responses",
                 "`velocity-position` needs a signal that is added to the command",

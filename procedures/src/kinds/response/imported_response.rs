@@ -48,9 +48,8 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         "even-distortion",
         Q::Ratio,
-        "Output at even lines that are not excited, less the \
-                                                 contribution of the input there, over the output at \
-                                                 excited lines, rms.",
+        "Output at even lines that are not excited, less the contribution of the input there, over the \
+         output at excited lines, rms.",
     ),
 ];
 
@@ -126,8 +125,7 @@ const RECORD: &[Field] = &[
         "dropped-periods",
         Shape::Integer,
         "1",
-        "Periods at the start that contain the \
-                                                            transient; they are dropped.",
+        "Periods at the start that contain the transient; they are dropped.",
     ),
     Field::required("input", Shape::Text, "Channel of the input, e.g. `current_a`."),
     Field::optional(

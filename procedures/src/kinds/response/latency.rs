@@ -70,8 +70,7 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         RATES,
         Q::Time,
-        "Round trip with a command every `command-ticks` ticks, less that with a \
-                                    command in every tick.",
+        "Round trip with a command every `command-ticks` ticks, less that with a command in every tick.",
     ),
 ];
 

@@ -18,44 +18,44 @@ use plan::Keys;
 
 const DOC: &str = "\
 # What it finds
-Whether a positive torque turns each axis the positive way, whether encoder and gyros agree on sign, axis and angle,
-and whether a newton metre is one: `presliding-ratio`, `gyro-encoder-ratio`, `gyro-cross-ratio`, `torque-scale-ratio` with `small-motion-inertia`.
-A fault of any of them is positive feedback in a closed loop, so the procedure is the first motion of a campaign and
-the proof named `polarity` the gate of every loop. Each fault is one sentence: the path, the likely cause, what was
-expected and what was found.
+Whether a positive torque turns each axis the positive way, whether encoder and gyros agree on sign, axis and angle, and
+whether torque is scaled correctly: `presliding-ratio`, `gyro-encoder-ratio`, `gyro-cross-ratio`, `torque-scale-ratio`
+with `small-motion-inertia`. A fault of any of them is positive feedback in a closed loop, so the procedure is the first
+motion of a campaign and the proof named `polarity` the gate of every loop. Each fault is one sentence: the path, the
+likely cause, what was expected and what was found.
 
 # How it excites
 Torque without feedback, every axis of the rig, at poses at least 30 deg from the soft limits where friction holds the
-load. *Pulses* first, on all axes: ± 0.2 of the expected static friction, ramped up, held, ramped down, then three
-sines (2.25, 3.75 and 5.25 Hz) of 0.08 together. The contact stays in presliding and springs back. Beyond 1.5 z_ss
-(static friction over bristle stiffness: 0.20 / 0.07 deg) or 0.5 deg/s the point trips, the torque goes, and nothing
-else is run. Then *ramps*: torque grows until the axis has
-moved by 1.5 z_ss, then it is switched off; friction brakes. They trip beyond 0.45 deg or 5 z_ss, and 0.9 deg/s: with a
-gauge that shows half of the motion the axis stays below 1 deg and 2 deg/s.
+load. *Pulses* first, on all axes: ± 0.2 of the expected static friction, ramped up, held, ramped down, then three sines
+(2.25, 3.75 and 5.25 Hz) of 0.08 together. The contact stays in presliding and springs back. Beyond 1.5 z_ss (static
+friction over bristle stiffness: 0.20 / 0.07 deg) or 0.5 deg/s the point trips, the torque is switched off, and nothing
+else is run. Then *ramps*: torque grows until the axis has moved by 1.5 z_ss, then it is switched off; friction brakes.
+They trip beyond 0.45 deg or 5 z_ss, and 0.9 deg/s: if a sensor shows only half of the motion, the axis still stays below
+1 deg and 2 deg/s.
 
 # How it computes
 *Pulses*: slope of angle over torque, times the expected bristle stiffness: 1, with the sign of the path. Rates of the
-three gyros, turned by the mounting angle of 45 deg into left, up and along the line of sight, over means of 50 ms
-against the difference of the encoder, with an offset that takes bias and Earth rate away. An azimuth that turns
-positively shows (0, cos el, sin el), an elevation (-1, 0, 0); the length is the gyro-encoder ratio whatever the
-elevation is, the direction tells sign and axis. Elevation is the pose of the plan, not its encoder, which is on trial.
-*Sines*: a contact that does not break away is a spring with a damper, so T = (k + jω·b - J/s·ω²)·X on each line and
-only the inertia grows with ω²; s is the torque scale, whatever friction is. Flexible modes let the axis seem up to 4 % heavier:
-half of that is taken off, and is the half-width of what is left; a contact that bears a load adds up to 3 %. J/s is
-`small-motion-inertia`: the judge compares it with what frequency responses of the sliding axis show (`apparent-inertia`), by its
-own uncertainty.
-*At rest*: every encoder against the pose of the plan, to which people brought the axis by its own scale, within
+three gyros, turned by the mounting angle of 45 deg into left, up and along the line of sight, over means of 50 ms against
+the difference of the encoder, with an offset that removes bias and Earth rate. An azimuth that turns positively shows (0,
+cos el, sin el), an elevation (-1, 0, 0); the length is the gyro-encoder ratio whatever the elevation is, the direction
+shows sign and axis. Elevation is taken from the pose of the plan, not from its encoder, which is under test.
+*Sines*: a contact that does not break away is a spring with a damper, so T = (k + jω·b - J/s·ω²)·X on each line and only
+the inertia grows with ω²; s is the torque scale, whatever friction is. Flexible modes make the axis appear up to 4 %
+heavier: half of that is subtracted and is also the half-width of the remaining uncertainty; a contact that bears a load
+adds up to 3 %. J/s is `small-motion-inertia`: the judge compares it with what frequency responses of the sliding axis
+show (`apparent-inertia`), by its own uncertainty.
+*At rest*: every encoder against the pose of the plan, to which the operator brought the axis by its own scale, within
 `zero-tolerance` of the rig: that proves the zero that travel, soft limits and braking curve are computed from. Where a
-gate refuses to move at all, because an encoder shows an angle outside the travel, that alone names the likely fault.
-Torque against encoder and gyro, which agree: torque sign. Encoder against both others: encoder sign. Gyro against both
-others: gyro sign. Motion about the other axis: axes swapped. Displacement beyond 1/4 … 4 of what is expected, or
-torque beyond 0.8 … 1.2 by more than its expanded uncertainty, with that of the torque constant: torque scale, unless the angle that the gyros turned
-through gives a scale that is right: then the encoder errs over small motions. Gyro-encoder ratio beyond 2 %: counts per
-turn.
+gate refuses all motion because an encoder shows an angle outside the travel, that reading alone identifies the likely
+fault. Torque against encoder and gyro, which agree: torque sign. Encoder against both others: encoder sign. Gyro against
+both others: gyro sign. Motion about the other axis: axes swapped. Displacement beyond 1/4 … 4 of what is expected, or
+torque beyond 0.8 … 1.2 by more than its expanded uncertainty, with that of the torque constant: torque scale, unless the
+angle that the gyros turned through gives a scale that is right: then the encoder is wrong over small motions.
+Gyro-encoder ratio beyond 2 %: counts per turn.
 
 # Fails when
-A point trips; an axis does not move at all; the gyros are silent; a point was not run. No fault, but a remark: too
-little motion up to the torque limit of this check.
+A point trips; an axis does not move at all; the gyros are silent; a point was not run. Too little motion up to the torque
+limit of this check is not a fault; it is reported as a remark.
 
 # Source
 safety.md §2, layer 3; director.md §6 (mounting), §3 (bristles).
@@ -86,7 +86,8 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         conclude::SMALL_MOTION_INERTIA,
         Q::Inertia,
-        "Inertia of the axis from its response to a small periodic torque, based on the torque constant of the rig file.",
+        "Inertia of the axis from its response to a small periodic torque, based on the torque constant of \
+         the rig file.",
     ),
 ];
 

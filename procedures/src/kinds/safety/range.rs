@@ -41,7 +41,8 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         INTO,
         Q::Angle,
-        "Largest travel into a restricted zone that the axis was ordered to enter; negative if it stopped short of it.",
+        "Largest travel into a restricted zone that the axis was ordered to enter; negative if it stopped \
+         short of it.",
     ),
 ];
 

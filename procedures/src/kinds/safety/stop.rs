@@ -20,15 +20,15 @@ use keys::Keys;
 const DOC: &str = "\
 # What it finds
 For every stop `stop-angle` and `stop-time`, from its cause to standstill; `stop-angle-ratio` and `stop-time-ratio`, the
-same over what was computed when it began (1 or less: the computed figures, on which plan and interlocks rely, are on
-the safe side); `stop-room`, what was left to the end of the travel. Reported, without requirement.
+same over what was computed when it began (1 or less: the computed figures, on which plan and interlocks rely, are on the
+safe side); `stop-room`, the remaining distance to the end of the travel. These are reported without a requirement.
 
 # How it excites
 Each of `manners` at `speed` in both directions, from the ends of `span`: *quick-stop*, the drive's own (605Ah, 6085h)
 from a constant rate; *soft-limit*, a move past a soft limit of the point's own (`fence`), which the braking curve must
-stop; *torque-off*, the torque taken away as by safe torque off, at `torque-off-speed`: elevation would coast through
+stop; *torque-off*, the torque switched off as by safe torque off, at `torque-off-speed`: elevation would coast through
 more than its travel from full speed (safety.md §1). A plan that would coast into an end stop is refused. A brake, where
-the rig declares one, falls in with the torque.
+the rig declares one, engages when the torque is switched off.
 
 # How it computes
 The bench writes each stop into the log: where and how fast it began, in which manner, what was computed from the rig

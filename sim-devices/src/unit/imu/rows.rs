@@ -281,10 +281,8 @@ pub(in crate::unit) const IMU: &[Row] = &[
         quantity: "time",
         range_si: [0.0, 0.05],
         defaults: &["875 us"],
-        docs: &[
-            "Filter and processing inside the unit; the mean over a pulse period and the transmission until \
-             the next tick are added to it.",
-        ],
+        docs: &["Filter and processing inside the unit; the mean over a pulse period and the transmission \
+                 until the next tick are added to it."],
         sources: &["study 3.1.1.2: 1.5 ms back with them at 4 kHz; nominal is one tick quicker"],
         field: |unit, _| &mut unit.imu.delay_s,
     },

@@ -81,7 +81,8 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         range_si: [0.0, 0.5],
         defaults: &["0.2 %"],
         docs: &[
-            "Moving inertia over that of the support: 0 for a rigid mount, 0.2 % on the assembly, 2 % on the optical table.",
+            "Moving inertia over that of the support: 0 for a rigid mount, 0.2 % on the assembly, 2 % on \
+             the optical table.",
         ],
         sources: &["ours; study 3.1.2.2 saw the table shake"],
         field: |unit, _| &mut unit.mirror.support_coupling_ratio,
@@ -247,7 +248,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         range_si: [0.0, 1.0],
         defaults: &["1"],
         docs: &["1: closed when commanded; 0: broken: the unit reports a closed loop but it stays open, so \
-             hysteresis and creep are uncorrected."],
+                 hysteresis and creep are uncorrected."],
         sources: &["ours, for defects"],
         field: |unit, _| &mut unit.mirror.strain_gauge_loop_switch,
     },

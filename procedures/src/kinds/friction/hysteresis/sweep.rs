@@ -54,29 +54,15 @@ const SWEEP: &[Field] = &[
     Field::optional("count", Shape::Integer, "How many log-spaced velocities from `from` to `to`."),
     Field::optional("span", Shape::Range(Q::Angle), "Angular range in which every velocity is run."),
     Field::optional("periods", Shape::Integer, "Whole cogging periods on each plateau, instead of `span`."),
-    Field::default(
-        "centre",
-        Shape::Quantity(Q::Angle),
-        "0 deg",
-        "Middle of the strokes, used with `periods`.",
-    ),
+    Field::default("centre", Shape::Quantity(Q::Angle), "0 deg", "Middle of the strokes, with `periods`."),
     Field::optional(
         "opposite-span",
         Shape::Range(Q::Angle),
         "The same span shifted by half a turn, to measure unbalance at two opposite poses.",
     ),
     Field::default("cycles", Shape::Integer, "2", "Strokes out and back at each velocity."),
-    Field::optional(
-        "acceleration",
-        Shape::Quantity(Q::AngularAcceleration),
-        "Limit for the strokes; \
-                                                                              default: that of the axis.",
-    ),
-    Field::optional(
-        "jerk",
-        Shape::Quantity(Q::AngularJerk),
-        "Limit for the strokes; default: that of the axis.",
-    ),
+    Field::optional("acceleration", Shape::Quantity(Q::AngularAcceleration), "Default: that of the axis."),
+    Field::optional("jerk", Shape::Quantity(Q::AngularJerk), "Default: that of the axis."),
     Field::optional(
         "other-axis-pose",
         Shape::Quantity(Q::Angle),
@@ -214,8 +200,8 @@ fn reach(table: &mut TableReader<'_>) -> Option<Reach> {
             if table.has("centre") {
                 table.mistake(
                     "centre",
-                    "`centre` is given together with `span`",
-                    Some("use `centre` only with `periods`".into()),
+                    "`centre` together with `span`",
+                    Some("use it with `periods`".into()),
                 );
             }
             table.range("span").map(Reach::Span)
@@ -248,11 +234,7 @@ fn opposite(table: &mut TableReader<'_>, reach: Option<Reach>) -> Option<Option<
     let turned = |k: usize| ((opposite[k] - span[k]).abs() - std::f64::consts::PI).abs() < 1e-6;
     if !(turned(0) && turned(1)) {
         let help = "shift both limits of `span` by 180 deg, so that only A_u·cos θ changes its sign";
-        table.mistake(
-            "opposite-span",
-            "`opposite-span` is not half a turn from `span`",
-            Some(help.to_owned()),
-        );
+        table.mistake("opposite-span", "must be half a turn from `span`", Some(help.to_owned()));
         return None;
     }
     Some(Some(opposite))

@@ -32,7 +32,8 @@ pub(super) const FIELDS: &[Field] = &[
     Field::optional(
         "encoder-pitches",
         Shape::Quantity(Q::SpatialOrder),
-        "Pitches per revolution of the encoders' scales, to measure errors within a pitch; without it they are not measured.",
+        "Pitches per revolution of the encoders' scales, to measure errors within a pitch; without it they \
+         are not measured.",
     ),
     Field::default(
         "slow-velocity",

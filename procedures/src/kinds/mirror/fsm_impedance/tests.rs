@@ -126,7 +126,10 @@ fn the_level_of_the_source_comes_from_the_current_and_one_that_is_not_logged_is_
     let (sound, flags) = level(&|_| {});
     assert_eq!((sound.name.as_str(), sound.requested), ("level", 1.0));
     assert!(sound.achieved.is_some_and(|v| (v - 1.0).abs() < 0.01), "{sound:?}");
-    assert!(flags.contains("level of the source; behind its 25 ohm the level at the terminals is"), "{flags}");
+    assert!(
+        flags.contains("level of the source; behind its 25 ohm the level at the terminals is"),
+        "{flags}"
+    );
     let (half, _) = level(&|rows| scaled(rows, 0.5));
     assert!(half.achieved.is_some_and(|v| (v - 0.5).abs() < 0.01), "{half:?}");
     // One point far off is enough.

@@ -45,8 +45,8 @@ pub(super) const FIELDS: &[Field] = &[
     Field::optional(
         "gauge-u",
         Shape::Quantity(Q::Ratio),
-        "Relative standard uncertainty of the strain gauges' scale, from a certificate; used where there is \
-         no autocollimator.",
+        "Relative standard uncertainty of the strain gauges' scale, from a certificate; used where there \
+         is no autocollimator.",
     ),
     Field::default(
         "reference-u",

@@ -247,8 +247,8 @@ fn contradiction((frequency_hz, ratio): &Ratio, found: &Found, axis: usize) -> O
     ((db - alone.db).abs() > AGREE * u.u.hypot(alone.u.u)).then(|| {
         format!(
             "{} at {frequency_hz:.1} Hz: readings with the loop closed are {db:.1} dB relative to those \
-             with it open, but {:.1} dB by the closed loop alone; check whether the air changed between the \
-             records",
+             with it open, but {:.1} dB by the closed loop alone; check whether the air changed between \
+             the records",
             MIRROR_AXES[axis], alone.db
         )
     })

@@ -47,7 +47,8 @@ pub(super) const FIELDS: &[Field] = &[
         "timing-u",
         Shape::Quantity(Q::Time),
         "0.1 ms",
-        "Standard uncertainty of the time between mirror angle and exposure in the log, apart from the spacing of the rows.",
+        "Standard uncertainty of the time between mirror angle and exposure in the log, apart from the \
+         spacing of the rows.",
     ),
     frames::AZIMUTH,
     frames::ELEVATION,
@@ -90,7 +91,8 @@ impl ReadKeys for Keys {
         if let (Some(all), Some(segment_s), Some(rate_hz)) = (&frequencies_hz, segment_s, frame_rate_hz) {
             let lowest_hz = LEAST_LINES / segment_s;
             if all.is_empty() || all.iter().any(|f| *f < lowest_hz || *f > 0.35 * rate_hz) {
-                let message = "every `frequency` needs three lines below it and a frame rate of at least three times its value";
+                let message = "every `frequency` needs three lines below it and a frame rate of at least \
+                               three times its value";
                 let low = Q::Frequency.format(lowest_hz);
                 let high = Q::Frequency.format(0.35 * rate_hz);
                 table.mistake("frequency", message, Some(format!("between {low} and {high}")));

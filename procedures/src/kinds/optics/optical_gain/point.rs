@@ -223,9 +223,9 @@ fn fault(keys: &Keys, axis: usize, point: &PointResult) -> Option<String> {
     let &Sensed { own, other, .. } = point.reduced.get()?;
     if own.abs() < TURNED * expected.abs() && other.abs() > TURNED * expected.abs() {
         return Some(format!(
-            "camera axes: tilt of the mirror in {name} moves the image by {other:+.3} in the other axis and \
-             by {own:+.3} in its own, expected 0 and {expected:+.3}; the camera is turned, or its axes are \
-             exchanged in the rig file"
+            "camera axes: tilt of the mirror in {name} moves the image by {other:+.3} in the other axis \
+             and by {own:+.3} in its own, expected 0 and {expected:+.3}; the camera is turned, or its axes \
+             are exchanged in the rig file"
         ));
     }
     let ratio = own / expected;
@@ -233,8 +233,8 @@ fn fault(keys: &Keys, axis: usize, point: &PointResult) -> Option<String> {
     if !(SIZE[0]..=SIZE[1]).contains(&ratio.abs()) {
         return Some(format!(
             "optical gain of {name}: the line of sight moves by {own:+.3} per tilt of the mirror, expected \
-             {expected:+.3}; mirror not driven, optics of another magnification, or a wrong scale of mirror \
-             or camera"
+             {expected:+.3}; mirror not driven, optics of another magnification, or a wrong scale of \
+             mirror or camera"
         ));
     }
     (ratio < 0.0).then(|| {

@@ -59,8 +59,7 @@ pub(super) const FIELDS: &[Field] = &[
         "window-before",
         Shape::Quantity(Q::Time),
         "0.3 s",
-        "Lead time of a window before the \
-                                                                        threshold is exceeded.",
+        "Lead time of a window before the threshold is exceeded.",
     ),
     Field::default(
         "window-after",

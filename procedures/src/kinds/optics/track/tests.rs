@@ -331,7 +331,9 @@ fn what_is_missing_or_no_number_is_named() {
     let k = 2;
     assert!(of(&|w| w.topics[k].columns[0][5000] = f64::NAN).contains("cross_elevation_rad is no number"));
     // Every other frame is in no row although none was lost on its way.
-    assert!(of(&|w| w.topics[k].columns[3].iter_mut().for_each(|c| *c *= 2.0)).contains("are not in the log"));
+    assert!(
+        of(&|w| w.topics[k].columns[3].iter_mut().for_each(|c| *c *= 2.0)).contains("are not in the log")
+    );
     assert!(of(&|w| w.topics[k].columns[4].fill(0.0)).contains("no coarse frame shows the target"));
     let never = of(&|w| {
         w.segments.truncate(2);

@@ -13,7 +13,8 @@ pub(super) const FIELDS: &[Field] = &[
     Field::required(
         "moves",
         Shape::Choice(&["full", "gentle", "cue"]),
-        "`full`: largest acceleration; `gentle`: the smallest acceleration that reaches the velocity; `cue`: as given.",
+        "`full`: largest acceleration; `gentle`: the smallest acceleration that reaches the velocity; \
+         `cue`: as given.",
     ),
     Field::default("elevation", Shape::Quantity(Q::Angle), "0 deg", "Elevation while azimuth moves."),
     Field::optional(

@@ -32,7 +32,8 @@ pub(super) const FIELDS: &[Field] = &[
         "movement",
         Shape::Quantity(Q::Angle),
         "0.25 deg",
-        "Movement below which the axis counts as holding itself; larger than the deflection of a contact before it slides.",
+        "Movement below which the axis counts as holding itself; larger than the deflection of a contact \
+         before it slides.",
     ),
     Field::default(
         "catch",

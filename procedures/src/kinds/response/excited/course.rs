@@ -248,7 +248,7 @@ fn whole_rows(half_rad: f64, profile: &ProfileLimits, row_rate_hz: f64) -> f64 {
 
 fn too_short(keys: &Excited, velocity: f64, level: &Level, usable_s: f64) -> Diagnostic {
     let message = format!(
-        "level {} takes a background of {}, on which each stroke of {} leaves {}: less than the shortest window, {}",
+        "level {} needs a background of {}, at which each stroke of {} lasts {}: less than the shortest window, {}",
         level,
         Q::AngularVelocity.format(velocity),
         Q::Angle.format(2.0 * keys.background.half_width_rad),

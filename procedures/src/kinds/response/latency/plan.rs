@@ -24,8 +24,8 @@ pub(super) const FIELDS: &[Field] = &[
         "command-ticks",
         Shape::Integer,
         "4",
-        "Ticks from command to command in `slow`: 4 at 4 kHz correspond to a computer at 1 kHz, 5 at 20 kHz \
-         to one with 50 us x 5.",
+        "Ticks from command to command in `slow`: 4 at 4 kHz correspond to a computer at 1 kHz, 5 at 20 \
+         kHz to one with 50 us x 5.",
     ),
     Field::default(
         "lines",

@@ -15,8 +15,7 @@ pub(super) const EXPECTED: &[Field] = &[
     Field::optional(
         "band",
         Shape::Range(Q::Frequency),
-        "Band in which the frequency must lie, instead of \
-                                                         `elevation` and `frequency`.",
+        "Band in which the frequency must lie, instead of `elevation` and `frequency`.",
     ),
     Field::default(
         "seen-by",

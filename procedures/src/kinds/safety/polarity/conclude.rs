@@ -329,8 +329,8 @@ fn motion(axis: &Axis, gyro: &ByGyro, all: &mut Vec<String>) -> bool {
     } else if own.abs() < SAME {
         all.push(format!(
             "gyro mounting: motion of {name} appears along [{:.2}, {:.2}, {:.2}] (left, up, ahead), \
-             expected [{:.2}, {:.2}, {:.2}]; sign of one gyro or mounting angle wrong, or {name} not at the \
-             pose of the plan",
+             expected [{:.2}, {:.2}, {:.2}]; sign of one gyro or mounting angle wrong, or {name} not at \
+             the pose of the plan",
             gyro.along[0], gyro.along[1], gyro.along[2], axis.expected[0], axis.expected[1], axis.expected[2]
         ));
     }
@@ -427,8 +427,8 @@ fn scale(axis: &Axis, moved: (f64, f64), turned: f64, all: &mut Vec<String>) {
     if !(PRESLIDING[0]..=PRESLIDING[1]).contains(&ratio) {
         all.push(format!(
             "torque scale of {name}: a small torque moves the axis {ratio:.2} times as far as its \
-             presliding stiffness allows (expected {} to {}); wrong torque constant or scaling of the drive \
-             (6075h, 6076h)",
+             presliding stiffness allows (expected {} to {}); wrong torque constant or scaling of the \
+             drive (6075h, 6076h)",
             PRESLIDING[0], PRESLIDING[1]
         ));
         return;

@@ -84,8 +84,7 @@ pub(super) const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         "autocollimator-noise",
         Q::Angle,
-        "Noise of the difference between an axis' \
-                                                      autocollimator and its encoder.",
+        "Noise of the difference between an axis' autocollimator and its encoder.",
     ),
     Measurand::new("analog-offset", Q::Voltage, "Mean of the looped-back analog input."),
     Measurand::new("analog-noise", Q::Voltage, "Noise of the looped-back analog input."),

@@ -84,7 +84,9 @@ impl ReadKeys for Keys {
         let span_rad = span?;
         let fence_rad = fence?;
         if fence_rad[0] <= span_rad[0] || fence_rad[1] >= span_rad[1] {
-            let help = "choose limits inside `span`: runs begin outside the limit behind them and inside the one ahead".to_owned();
+            let help = "choose limits inside `span`: runs begin outside the limit behind them and inside \
+                        the one ahead"
+                .to_owned();
             table.mistake("fence", "`fence` does not lie inside `span`", Some(help));
         }
         Some(Self { ways: ways?, speed_rad_per_s: speed?, torque_off_rad_per_s: off?, span_rad, fence_rad })

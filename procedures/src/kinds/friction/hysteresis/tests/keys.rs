@@ -150,7 +150,7 @@ error: both `span` and `periods`
     assert_snapshot!(
         wrong("[sweep]\nvelocity = [\"2 deg/s\"]\nspan = \"-60 deg .. 60 deg\"\nopposite-span = \"100 deg .. 160 deg\"\n"),
         @r#"
-error: `opposite-span` is not half a turn from `span`
+error: must be half a turn from `span`
  --> procedure.toml:4:17
   |
 4 | opposite-span = "100 deg .. 160 deg"
