@@ -294,8 +294,9 @@ pub const SAFETY_PARAMETERS: &[SafetyParameter] = &[
         recommended: "0.25 deg",
         least: "0.01 deg",
         most: "2 deg",
-        reason: "the encoder alone keeps an axis inside its travel, so the soft limits must lie farther \
-                 inside than its zero may be wrong; a scale can be read to a quarter of a degree",
+        reason: "everything that keeps an axis inside its travel is computed from the encoder, so the soft \
+                 limits must lie farther inside than its zero may be wrong; a scale can be read to a \
+                 quarter of a degree",
     },
     SafetyParameter {
         key: "polarity-torque",

@@ -29,7 +29,7 @@ pub(super) const TRACKING: &[Parameter<DirectorGains>] = &[
         quantity: "time",
         range_si: [0.0, 60.0],
         default: "0.5 s",
-        doc: "Time for which a missing coarse target is extrapolated before it counts as lost.",
+        doc: "Time for which a missing coarse target is kept before it counts as lost.",
         source: "ours",
         set: |gains, value| gains.track.hold_s = value,
         get: |gains| gains.track.hold_s,

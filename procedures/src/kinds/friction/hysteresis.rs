@@ -87,13 +87,13 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         AMPLITUDE_CURRENT,
         Q::Current,
-        "The same amplitude as motor current, for records without a torque constant.",
+        "Amplitude of the largest cogging line as motor current, for records without a torque constant.",
     ),
     Measurand::new(HARMONIC, Q::Torque, "Amplitude of one spatial harmonic of at least 2 % of the largest."),
     Measurand::new(
         HARMONIC_CURRENT,
         Q::Current,
-        "The same amplitude as motor current, for records without a torque constant.",
+        "Amplitude of one spatial harmonic as motor current, for records without a torque constant.",
     ),
     Measurand::new(PHASE, Q::Angle, "Phase φ of one spatial harmonic A·cos(order·θ + φ)."),
 ];

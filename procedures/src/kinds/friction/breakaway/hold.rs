@@ -401,11 +401,7 @@ mod tests {
             soft.remark(TRAVEL).starts_with("Holds without power over the whole travel -10.0 … 90.0 deg")
         );
         let stiff = Curve::over(&poses(54.0), None).expect("seven poses hold");
-        insta::assert_snapshot!(stiff.remark(TRAVEL), @"Holding without power is not certain at -10.0 … \
-                                                        9.0 deg, 87.0 … 90.0 deg (computed from 7 poses, \
-                                                        model [1, cos θ, θ], static friction 43.0 N·m, \
-                                                        cogging 0.0 N·m on top of the load; uncertainty \
-                                                        counted against it).");
+        insta::assert_snapshot!(stiff.remark(TRAVEL), @"Holding without power is not certain at -10.0 … 9.0 deg, 87.0 … 90.0 deg (computed from 7 poses, model [1, cos θ, θ], static friction 43.0 N·m, cogging 0.0 N·m on top of the load; uncertainty counted against it).");
     }
 
     #[test]
