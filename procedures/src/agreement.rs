@@ -124,7 +124,7 @@ pub fn name_cross_checks(found: &mut [(String, Vec<Measurement>)]) {
         let Some(&best) = rivals.min_by(by_u) else { continue };
         let is_better = at(best).u < at(own).u || (at(best).u == at(own).u && best.procedure < own.procedure);
         if is_better {
-            let flag = format!("a cross-check: {} knows it better", found[best.procedure].0);
+            let flag = format!("a cross-check: {} is the better measurement", found[best.procedure].0);
             found[own.procedure].1[own.measurement].flags.push(flag);
         }
     }

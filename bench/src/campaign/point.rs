@@ -156,7 +156,7 @@ fn contacts(rig: &Rig, outcome: &PointOutcome, seen: &[Contact]) -> Vec<String> 
         } else if let Some(at) = outside {
             let [low, high, at] = [low, high, at].map(f64::to_degrees);
             let name = &axis.name;
-            all.push(format!("{name} stands at {at:.3} deg, outside its travel {low:.1} .. {high:.1} deg"));
+            all.push(format!("{name} is at {at:.3} deg, outside its travel {low:.1} .. {high:.1} deg"));
         }
     }
     all

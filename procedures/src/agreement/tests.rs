@@ -58,10 +58,10 @@ fn of_two_estimates_the_better_known_one_is_the_parameter_and_the_other_a_cross_
         name_cross_checks(&mut found);
         found.into_iter().map(|(_, mut all)| all.remove(0).flags).collect::<Vec<_>>()
     };
-    let told = ["a cross-check: EL-FRICTION knows it better"];
+    let told = ["a cross-check: EL-FRICTION is the better measurement"];
     assert_eq!(flags(friction(68.3, 0.35, 0.17), friction(81.0, 12.0, 0.17)), [vec![], told.to_vec()]);
     assert_eq!(flags(friction(68.3, 0.35, 0.17), friction(68.3, 0.35, 0.17)), [vec![], told.to_vec()]);
     let better = flags(friction(81.0, 12.0, 0.17), friction(68.3, 0.35, 0.17));
-    assert_eq!(better, [vec!["a cross-check: EL-STRIBECK knows it better"], vec![]]);
+    assert_eq!(better, [vec!["a cross-check: EL-STRIBECK is the better measurement"], vec![]]);
     assert!(flags(friction(81.0, 12.0, 0.17), friction(68.3, 0.35, 0.2)).iter().all(Vec::is_empty));
 }

@@ -14,7 +14,7 @@ pub(super) enum Broken {
     MessageName { topic: String, found: String },
     #[error("topic `{topic}` has no channels")]
     NoChannels { topic: String },
-    #[error("topic `{topic}`: `{channel}` is no ROS 2 field name")]
+    #[error("topic `{topic}`: `{channel}` is not a ROS 2 field name")]
     FieldName { topic: String, channel: String },
     #[error("topic `{topic}` has two channels `{channel}`")]
     ChannelTwice { topic: String, channel: String },
@@ -28,7 +28,7 @@ pub(super) enum Broken {
     AttachmentLengths,
     #[error("expected an attachment, found a record of type {opcode:#04x}")]
     NoAttachment { opcode: u8 },
-    #[error("a record of type {opcode:#04x} and {bytes} bytes cannot stand here")]
+    #[error("a record of type {opcode:#04x} and {bytes} bytes is not allowed here")]
     OutOfPlace { opcode: u8, bytes: usize },
     #[error("expected a chunk compressed with `zstd`, found `{found}`")]
     Compression { found: String },

@@ -143,7 +143,7 @@ mod tests {
         topic `/events`: expected a name like `/az` (`/events` is taken)
         topic `/az`: expected a message like `bench_msgs/msg/Axis`, found `m/A`
         topic `/az` has no channels
-        topic `/az`: `Position` is no ROS 2 field name
+        topic `/az`: `Position` is not a ROS 2 field name
         topic `/az` has two channels `x_rad`
         topic `/az`: unit "a\nb" does not fit on a line
         "#);

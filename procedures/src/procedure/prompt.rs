@@ -79,7 +79,7 @@ pub(crate) fn read(table: &mut TableReader<'_>) -> Vec<Prompt> {
     let all = all.unwrap_or_default();
     if let Some(twice) = (1..all.len()).find(|&k| all[..k].iter().any(|p| p.id == all[k].id)) {
         let message = format!("two prompts have the id `{}`", all[twice].id);
-        table.mistake("prompt", message, Some("answers are told apart by id: rename one".to_owned()));
+        table.mistake("prompt", message, Some("answers are assigned by id: rename one".to_owned()));
     }
     all
 }

@@ -92,7 +92,8 @@ pub enum FrictionReason {
     #[error("not determined: {why}")]
     NoCurve { why: NoCurve },
     #[error(
-        "unbalance (cos θ) and spring (θ) cannot be told apart on this span: variance inflation {inflation:.1} above {most:.0}"
+        "unbalance (cos θ) and spring (θ) cannot be separated on this span: variance inflation \
+         {inflation:.1} above {most:.0}"
     )]
     NotSeparated { inflation: f64, most: f64 },
     #[error("no valid point at ≤ 10 deg/s with {least} whole cogging periods")]

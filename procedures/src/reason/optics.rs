@@ -95,7 +95,7 @@ pub enum OpticsReason {
     NoTrackerAxis,
     #[error("nothing moved")]
     NothingMovedAtAll,
-    #[error("{sines} sines stand out of their scatter, at least five are needed")]
+    #[error("{sines} sines are above their scatter, at least five are needed")]
     TooFewSines { sines: usize },
     #[error("`{topic}` has too few rows")]
     TooFewTrackerRows { topic: String },

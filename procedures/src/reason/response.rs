@@ -56,7 +56,7 @@ pub enum ResponseReason {
     LowCoherence { found: f64, digits: usize, frequency_hz: f64, least: f64 },
     #[error("not certified: no coherence was recorded at {frequency_hz} Hz, at least {least} is needed")]
     NoCoherence { frequency_hz: f64, least: f64 },
-    #[error("not certified: the line at {frequency_hz} Hz does not stand out of its noise")]
+    #[error("not certified: the line at {frequency_hz} Hz is not above its noise")]
     InNoise { frequency_hz: f64 },
     #[error("{topic}, row {row}: a number that is not finite; leave out the row")]
     NotFinite { topic: String, row: usize },
@@ -72,7 +72,7 @@ pub enum ResponseReason {
     NoSegment,
     #[error("no line counts")]
     NoLine,
-    #[error("no extreme inside the band that stands out by {} of the largest", Q::Ratio.format(*.least_ratio))]
+    #[error("no extreme inside the band with a prominence of {} of the largest", Q::Ratio.format(*.least_ratio))]
     NoExtreme { least_ratio: f64 },
     #[error("damping not resolved: {reason}")]
     DampingOfNoMode { reason: Box<Reason> },
@@ -96,7 +96,7 @@ pub enum ResponseReason {
     ShortRecord { least: usize, length: usize, dropped: usize, samples: usize },
     #[error("{topic} has no channel {channel}; it has {}", known.join(", "))]
     NoChannelOf { topic: String, channel: String, known: Vec<String> },
-    #[error("`{output}` does not follow `{input}`: no line stands out of its noise")]
+    #[error("`{output}` does not follow `{input}`: no line is above its noise")]
     NotFollowing { output: String, input: String },
     #[error(
         "`{what}` is {hz} Hz: expected a whole multiple of 1/period = {step_hz} Hz, found {bin} times that"

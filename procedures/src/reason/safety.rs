@@ -63,7 +63,7 @@ pub enum SafetyReason {
     OfChannel { channel: String, reason: Box<Reason> },
     #[error("no rows, or values that are not numbers")]
     NoRowsOrNumbers,
-    #[error("the name `{point}` gives no manner of stop")]
+    #[error("the name `{point}` does not give the manner of the stop")]
     NoManner { point: String },
     #[error("no stop of axis `{axis}` is in the log")]
     NoStop { axis: String },

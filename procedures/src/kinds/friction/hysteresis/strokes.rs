@@ -321,8 +321,9 @@ fn exclude_samples(ran: &Ran, record: &Record<'_>, grid: &Grid, finding: &mut Fi
     finding.excluded.push(Exclusion {
         count: ran.rows.len() - used.min(ran.rows.len()),
         of: "samples".to_owned(),
-        reason: "turn-rounds, settling and broken periods: outside the whole cogging periods of the plateaus"
-            .to_owned(),
+        reason:
+            "reversals, settling and incomplete periods: outside the whole cogging periods of the plateaus"
+                .to_owned(),
     });
 }
 

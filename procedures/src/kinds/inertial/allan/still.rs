@@ -206,7 +206,7 @@ fn bias(keys: &Keys, samples: &Samples, index: usize) -> Option<Measurement> {
     };
     let flags = vec![
         format!("{:.3} deg/h", deg_per_h(estimate.value)),
-        format!("Earth's rate of {:.3} deg/h taken off", deg_per_h(earth)),
+        format!("Earth's rate of {:.3} deg/h subtracted", deg_per_h(earth)),
     ];
     Some(Measurement {
         flags,

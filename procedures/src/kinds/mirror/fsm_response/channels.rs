@@ -219,7 +219,10 @@ impl Smooth {
             let row: Vec<f64> = self.powers.iter().map(|power| x.powi(*power)).collect();
             let value = self.constant + self.fit.at(&row) + residual;
             let there = Square::new(value, self.line_sd, pair.frequency_hz);
-            flags.push(format!("the line at {} stands apart", Q::Frequency.format(pair.frequency_hz)));
+            flags.push(format!(
+                "the line at {} deviates from the others",
+                Q::Frequency.format(pair.frequency_hz)
+            ));
             if there.value > best.value {
                 dof = pair.dof;
                 best = there;

@@ -245,7 +245,7 @@ fn loops(table: &mut TableReader<'_>) -> Option<Vec<Loops>> {
     for (name, span) in &given {
         match LOOPS.iter().find(|(known, _)| known == name) {
             Some((_, loops)) if !all.contains(loops) => all.push(*loops),
-            Some(_) => table.mistake_at(span.clone(), format!("`{name}` stands twice"), None),
+            Some(_) => table.mistake_at(span.clone(), format!("`{name}` is given twice"), None),
             None => {
                 let help = suggestion(name, LOOPS.iter().map(|(known, _)| *known));
                 table.mistake_at(span.clone(), format!("unknown loops `{name}`"), Some(help));

@@ -102,7 +102,7 @@ fn what_the_angle_is_late_by_itself_is_put_on_top() {
 fn a_tracker_that_sees_nothing_move_and_a_log_without_it_give_reasons() {
     let still = measured(&keys(), &Scene { gains: [1e9; 2], ..every_tick() });
     let told = still.inconclusive.expect("a reason");
-    assert!(told.to_string().contains("sines stand out of their scatter"), "{told}");
+    assert!(told.to_string().contains("sines are above their scatter"), "{told}");
     assert!(still.measurements.iter().all(|m| m.value.is_none()));
     let case = &keys().plan("az", &with_elevation()).expect("a plan")[0];
     let mut log = every_tick().run(case);

@@ -259,7 +259,8 @@ impl On<'_> {
     fn amplitudes(&self, found: &super::periodic::Found) -> String {
         let [excited, odd, even] = found.rms;
         format!(
-            "rms amplitude a line, {}: excited {excited:.4e}, odd not excited {odd:.4e}, even {even:.4e} (SI; nothing taken off)",
+            "rms amplitude a line, {}: excited {excited:.4e}, odd not excited {odd:.4e}, even {even:.4e} \
+             (SI; nothing subtracted)",
             self.name
         )
     }

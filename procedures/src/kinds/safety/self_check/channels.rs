@@ -90,7 +90,7 @@ pub(super) const MEASURANDS: &[Measurand] = &[
     Measurand::new("analog-noise", Q::Voltage, "Noise of the looped-back analog input."),
     Measurand::new("clamp-offset", Q::Current, "Mean of a current clamp on the DC link."),
     Measurand::new("clamp-noise", Q::Current, "Noise of a current clamp on the DC link."),
-    Measurand::new("force-gauge-offset", Q::Force, "Mean of the force gauge while nobody pulls."),
+    Measurand::new("force-gauge-offset", Q::Force, "Mean of the force gauge without a pull."),
     Measurand::new("force-gauge-noise", Q::Force, "Noise of the force gauge."),
     Measurand::new(MISSED, Q::Count, "Periods of the loop that were missed."),
     Measurand::new(LATENESS, Q::Time, "Worst lateness of a tick of the loop."),
