@@ -10,7 +10,7 @@ fn without(names: &[&str]) -> String {
     for name in names {
         let from = text.find(&format!("[[device]]\nname = \"{name}\"")).expect("a device of the shipped rig");
         let next = |header: &str| text[from + 1..].find(header).map(|at| from + 1 + at);
-        let to = next("\n[[device]]").into_iter().chain(next("\n# What measures")).min();
+        let to = next("\n[[device]]").into_iter().chain(next("\n# Measuring instruments")).min();
         text.replace_range(from..to.expect("something follows"), "");
     }
     text

@@ -195,7 +195,7 @@ fn a_journal_that_was_edited_removed_linked_or_is_of_another_run_is_found() {
         (
             "another run's title page",
             |run| from_other(run, "run.json", "run.json"),
-            "run.json is not the file that the journal",
+            "run.json differs from the file that the journal",
         ),
         (
             "the chain computed anew",
@@ -269,7 +269,7 @@ fn a_log_that_was_added_removed_swapped_cut_off_emptied_or_replaced_by_a_link_is
         (
             "an extra one",
             |run| from_other(run, LOG, "AZ-FRICTION.2.mcap"),
-            "AZ-FRICTION.2.mcap is the log of no procedure",
+            "AZ-FRICTION.2.mcap does not belong to any procedure",
         ),
         ("none", |run| std::fs::remove_file(run.join(LOG)).expect("removed"), "AZ-FRICTION.mcap is missing"),
         ("two swapped", |run| swap(run, LOG, "AZ-LATER.mcap"), "AZ-LATER.mcap is not the file"),
@@ -330,7 +330,7 @@ fn a_run_of_an_older_version_is_not_verifiable_but_nobody_calls_it_forged() {
     assert_eq!(said.code, 0, "{}{}", said.out, said.err);
     let told = std::fs::read_to_string(folder.path().join("told/report.md")).expect("a report");
     assert!(
-        told.contains("Evidence: not verifiable: the run was made by a version that kept no digests"),
+        told.contains("Evidence: not verifiable: the run was made by a version that recorded no digests"),
         "{told}"
     );
     let said = rejudged(&run);

@@ -255,7 +255,7 @@ fn a_cut_of_a_real_bench_gives_the_figures_of_its_readme() {
     check_peaks(&all, 1.0, true);
     check_peaks(&all, 2.0, false);
     let excluded = all[0]["excluded"].to_string();
-    assert!(excluded.contains("current_command_a: not as in the other periods"), "{excluded}");
+    assert!(excluded.contains("current_command_a: differs from the other periods"), "{excluded}");
 }
 
 /// Folder of the full records: in `DIRECTOR_DATA`, or beside the repository.

@@ -117,7 +117,7 @@ fn a_run_that_goes_on_is_not_inspected_and_its_journal_stays_whole() {
         let look = ["inspect", "run", "--operator", "Ada", "--found", "it moves"];
         let said = run_in(folder.path(), &look);
         assert_eq!(said.code, 6, "{}{}", said.out, said.err);
-        assert!(said.err.contains("the run is still going on"), "{}", said.err);
+        assert!(said.err.contains("the run is still in progress"), "{}", said.err);
         let kill = Command::new("kill").args(["-INT", &process.to_string()]).status();
         assert!(kill.is_ok_and(|s| s.success()), "the run was still going on");
     });

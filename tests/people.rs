@@ -49,7 +49,7 @@ fn with_real_devices_a_planted_defect_and_parallel_jobs_are_refused() {
     real_rig(folder.path());
     refused(
         &run(folder.path(), &["quick/az-friction", "--jobs", "2"]),
-        "--jobs 2: az-drive is real, and real axes do one procedure at a time",
+        "--jobs 2: az-drive is real, and real axes run one procedure at a time",
     );
     let defect = "schema = 1\nid = \"bad\"\ntitle = \"Bad\"\nbase = \"unit.toml\"\nmust-trip = \"polarity\"\nreason = \"Planted.\"\n[az]\nencoder-sign = \"-1\"\n";
     write(folder.path(), "defect.toml", defect);
@@ -81,13 +81,13 @@ fn with_real_devices_a_safety_prompt_wants_somebody_at_a_terminal() {
         ),
         (&["--non-interactive"], "--non-interactive: safety prompt `area-clear`"),
         (&["--answers", "answers.toml"], "--answers: safety prompt `area-clear`"),
-        (&[], "safety prompt `area-clear` is answered at a live terminal only"),
+        (&[], "safety prompt `area-clear` must be answered at a terminal"),
     ] {
         refused(&run(folder.path(), &[&["./asking.toml"], more].concat()), because);
     }
     // The first motion asks whether the axes stand where they are read.
     let alone = run(folder.path(), &["quick/az-friction"]);
-    refused(&alone, "safety prompt `axes-at-pose` is answered at a live terminal only");
+    refused(&alone, "safety prompt `axes-at-pose` must be answered at a terminal");
 }
 
 #[test]

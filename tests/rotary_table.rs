@@ -42,7 +42,7 @@ fn a_rotary_table_proves_its_signs_and_runs_friction_steps_and_stops() {
     let ran = |id: &'static str| (Some(id), Some("completed"));
     assert_eq!(ids, ["POLARITY", "AZ-FRICTION", "STEP", "AZ-STOP"].map(ran));
     let remarks = procedures[0]["remarks"].to_string();
-    assert!(remarks.contains("No gyro sees table"), "{remarks}");
+    assert!(remarks.contains("No gyro measures table"), "{remarks}");
     let friction = procedures[1]["measurements"].as_array().expect("a list");
     let found = friction.iter().find(|m| m["measurand"] == "friction-torque").expect("friction");
     assert!(

@@ -78,7 +78,7 @@ fn each_rule_refuses_what_it_is_about_and_nothing_else() {
             None,
             safety(),
             Answers { terminal: false, ..ask() },
-            Some("safety prompt `area-clear` is answered at a live terminal only"),
+            Some("safety prompt `area-clear` must be answered at a terminal"),
         ),
         (
             &[],

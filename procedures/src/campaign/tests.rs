@@ -80,7 +80,7 @@ fn a_campaign_lists_procedures_in_order_with_their_subsets() {
     // FRC-AZ is friction and breakaway: sliding friction alone does not verify it.
     let found = check(&campaign, Some(both.iter().collect()), &requirements());
     assert_eq!(found.len(), 1, "{found:?}");
-    assert!(found[0].message.contains("yields `breakaway-torque`"), "{}", found[0].message);
+    assert!(found[0].message.contains("measures `breakaway-torque`"), "{}", found[0].message);
     let only_friction = Requirements { all: vec![requirement("FRC-AZ", "az", &["friction-torque"])] };
     assert_eq!(check(&campaign, Some(both.iter().collect()), &only_friction), []);
 }

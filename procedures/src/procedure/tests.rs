@@ -147,7 +147,7 @@ fn a_subset_keeps_the_points_it_names_in_plan_order() {
 fn a_subset_value_that_the_sweep_lacks_lists_what_it_has() {
     let mistakes = right().plan(&sample_axes(), &[subset(&[10.0, 15.0])]).expect_err("15 deg/s is not swept");
     insta::assert_snapshot!(printed(&mistakes), @r#"
-    error: no point with `velocity` = 15 deg/s
+    error: there is no point with `velocity` = 15 deg/s
      --> fat/az-friction.toml:8:12
       |
     8 | velocity = ["2 deg/s", "10 deg/s", "60 deg/s"]
@@ -209,7 +209,7 @@ fn missed_periods_count_by_share_and_by_longest_gap() {
     missed[7] = 0.0;
     (0..80).for_each(|row| missed[10 * row] = 1.0);
     let share = reason(&right(), &window(PointStatus::Completed, &missed));
-    insta::assert_snapshot!(share.expect("80 of 80000"), @"dropped-cycles: 0.1 % of the periods missed, less than 0.1 % allowed");
+    insta::assert_snapshot!(share.expect("80 of 80000"), @"dropped-cycles: 0.1 % of the periods missed, less than 0.1 % is allowed");
 }
 
 #[test]

@@ -136,7 +136,7 @@ fn without_enough_degrees_of_freedom_value_or_uncertainty_there_is_no_verdict() 
     assert_eq!(reason(&saturated), "torque saturated");
     let mut other = measured(5.0, 0.1, 9.0);
     other.kind = K::Current;
-    assert_eq!(reason(&other), "the measurement is a current, the limit is not");
+    assert_eq!(reason(&other), "the measurement is a current, but the limit is not");
 }
 
 #[test]

@@ -45,9 +45,16 @@ impl Examples {
         )
     }
 
-    /// The first file that sets the key, with what it sets.
+    /// What most files that set the key set it to, with the first of them.
     fn find(&self, path: &str) -> Option<(&str, String)> {
-        self.0.iter().find_map(|(file, table)| Some((file.as_str(), written(at(table, path)?)?)))
+        let all: Vec<(&str, String)> = self
+            .0
+            .iter()
+            .filter_map(|(file, table)| Some((file.as_str(), written(at(table, path)?)?)))
+            .collect();
+        let files = |value: &str| all.iter().filter(|(_, other)| other == value).count();
+        // Of several that as many files have, the first.
+        all.iter().rev().max_by_key(|(_, value)| files(value)).cloned()
     }
 }
 

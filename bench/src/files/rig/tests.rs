@@ -194,7 +194,7 @@ fn a_released_axis_that_friction_holds_nowhere() {
 
 #[test]
 fn a_released_axis_that_swings_away_from_its_safe_pose() {
-    let line = format!("{:<42} # released at the ends", "safe-state = \"hold\"");
+    let line = format!("{:<42} # if released at the ends", "safe-state = \"hold\"");
     let edits = [
         ("spring-rest = \"40 deg\"", "spring-rest = \"0 deg\""),
         (line.as_str(), "safe-state = \"release\"\nsafe-pose = \"85 deg\" #"),

@@ -55,7 +55,7 @@ fn each_curve_of_a_file_reaches_its_own_place() {
                 assert!(!absent && unit.director() == Some(&expected), "{} {}", curve.table, curve.key)
             }
             Err(mistakes) => {
-                assert!(absent && mistakes[0].message.contains("is not whole"), "{}", mistakes[0]);
+                assert!(absent && mistakes[0].message.contains("is incomplete"), "{}", mistakes[0]);
             }
         }
     }

@@ -36,10 +36,10 @@ fn with_a_real_device_no_instrument_is_simulated_and_none_is_unknown() {
     let rig = with("").expect("shipped");
     assert_eq!(refusals(&rig, &[], "2026-11-22"), Vec::<String>::new(), "all is simulated");
     let told = refusals(&rig, &["az-drive"], "2026-11-22").join("\n");
-    assert!(told.contains("is declared `simulated`, and az-drive is real"), "{told}");
+    assert!(told.contains("is declared `simulated`, but az-drive is real"), "{told}");
     let bare = Rig { instruments: Vec::new(), ..rig };
     let told = refusals(&bare, &["az-drive"], "2026-11-22").join("\n");
-    assert!(told.contains("which instrument stands behind the device `reference`"), "{told}");
+    assert!(told.contains("no instrument is assigned to the device `reference`"), "{told}");
     assert!(told.contains("`role = \"scope\"`") || told.contains("role = \"scope\""), "{told}");
 }
 

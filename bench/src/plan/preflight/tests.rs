@@ -174,7 +174,7 @@ fn acceleration_that_motor_and_friction_leave_no_torque_for_is_refused() {
     let mut weak = rig();
     weak.axes[1].guard.max_torque_nm = 421.0;
     let messages = refused(&strokes("el", 0.0, 80.0, 60.0, 90.0, 1), &weak);
-    assert!(messages.iter().any(|m| m.contains("it gives 421 N*m")), "{messages:?}");
+    assert!(messages.iter().any(|m| m.contains("it can deliver 421 N*m")), "{messages:?}");
 }
 
 #[test]
@@ -182,7 +182,7 @@ fn bare_end_stops_allow_no_coast_that_reaches_them() {
     let mut bare = rig();
     bare.axes[1].guard.stop.end_stop_energy_j = 0.0;
     let messages = refused(&strokes("el", -8.0, 88.0, 60.0, 90.0, 1), &bare);
-    assert!(messages[0].contains("meets its end stop with"), "{messages:?}");
+    assert!(messages[0].contains("hits its end stop with"), "{messages:?}");
     assert!(refused(&strokes("el", 30.0, 50.0, 5.0, 20.0, 1), &bare).is_empty());
 }
 

@@ -222,7 +222,7 @@ fn the_least_count_is_what_the_encoder_shows() {
     assert!(of(&stuck, BITS, "az").value.is_none() && stuck.inconclusive.is_some());
     let smooth = crept(|count| count + 0.1 * (100.0 * count).sin());
     assert!(
-        of(&smooth, RESOLUTION, "az").inconclusive.as_deref().is_some_and(|r| r.contains("no multiples"))
+        of(&smooth, RESOLUTION, "az").inconclusive.as_deref().is_some_and(|r| r.contains("not multiples"))
     );
 }
 

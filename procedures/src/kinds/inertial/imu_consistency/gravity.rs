@@ -202,7 +202,7 @@ mod tests {
             let rests = rests(deg, 0.0);
             fit(&rests.iter().collect::<Vec<_>>()).expect_err("refused").to_string()
         };
-        let two = "rests at 2 elevations over 40 deg: zero, gravity and biases need 3 over 28.6479 deg";
+        let two = "rests at 2 elevations over 40 deg, but zero, gravity and biases need 3 over 28.6479 deg";
         assert_eq!(refused(&[0.0, 40.0, 40.01]), two);
         assert!(refused(&[30.0, 40.0, 50.0]).starts_with("rests at 3 elevations over 20 deg"));
     }

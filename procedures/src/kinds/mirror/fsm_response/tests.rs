@@ -230,7 +230,7 @@ fn a_resonance_of_the_support_is_named_and_its_lines_do_not_count_and_a_rigid_on
     for m in all(&c, response::RESONANCE) {
         assert!((value(m) - 140.0).abs() < 2.5 * m.u, "{} {}", value(m), m.u);
     }
-    assert!(c.remarks[0].starts_with("az: a resonance of what the mirror stands on"), "{:?}", c.remarks);
+    assert!(c.remarks[0].starts_with("az: a resonance of the mirror's support"), "{:?}", c.remarks);
     let gain = c.plots.iter().find(|p| p.id == "gain-az").expect("a picture");
     let hollow = gain.series.iter().find(|s| s.style == crate::trace::Style::Excluded).expect("left out");
     assert!(hollow.x.iter().any(|f| (f - 140.0).abs() < 3.0), "{:?}", hollow.x);

@@ -138,7 +138,8 @@ fn a_wrong_sign_a_wrong_rate_a_saturated_mirror_and_missing_points_give_reasons(
     track.columns[1].fill(1.0);
     let told = keys().analyse(closed, &log, &axes).inconclusive.expect("a reason");
     assert!(
-        told.to_string().contains("rests at its stroke on el in 100 %") && told.to_string().contains("sign"),
+        told.to_string().contains("at the end of its stroke on el for 100 %")
+            && told.to_string().contains("sign"),
         "{told}"
     );
     let slow = Scene { frame_rate_hz: Some(100.0), ..Scene::default() };

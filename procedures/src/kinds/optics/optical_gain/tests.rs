@@ -60,7 +60,7 @@ fn a_sound_sight_is_proven_and_each_fault_of_it_is_one_sentence() {
     let sound = proof(&Scene { gains: [3.9, 2.2], ..Scene::default() });
     assert_eq!((sound.gate.as_str(), sound.faults.len()), ("sight", 0), "{:?}", sound.faults);
     for (gains, expected) in [
-        ([3.5355, -2.5], "optical sign of el: the line of sight goes the wrong way, -0.40"),
+        ([3.5355, -2.5], "optical sign of el: the line of sight moves the wrong way, -0.40"),
         ([8.0, 2.5], "optical gain of az: the line of sight moves by +0.12"),
     ] {
         let faults = proof(&Scene { gains, ..Scene::default() }).faults;

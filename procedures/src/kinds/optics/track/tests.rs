@@ -164,7 +164,7 @@ fn errors_of_both_axes_are_what_went_in_across_the_elevation_axis() {
     near(&all, "fine-dwell", "az", 62.0, 0.1);
     let rms = found(&all, "coarse-track-rms", "az");
     let of_azimuth = format!(
-        "across the elevation axis; {:.2} urad of azimuth",
+        "in cross-elevation; {:.2} urad in azimuth",
         1e6 * 2.0_f64.sqrt() * rms.value.expect("a number")
     );
     assert!(rms.flags.contains(&of_azimuth), "{:?}", rms.flags);
@@ -232,11 +232,7 @@ fn a_target_that_left_the_field_is_a_loss_and_no_error_although_the_interlock_en
     near(&all, "target-losses", "az", 1.0, 0.0);
     assert_eq!(reason(&all, "target-losses", "az"), "conclusive");
     for (name, axis) in [("coarse-track-rms", "az"), ("coarse-track-rms", "el"), ("fine-dwell", "az")] {
-        assert!(
-            reason(&all, name, axis).contains("broken off (tracker lost"),
-            "{}",
-            reason(&all, name, axis)
-        );
+        assert!(reason(&all, name, axis).contains("aborted (tracker lost"), "{}", reason(&all, name, axis));
     }
 }
 
@@ -329,7 +325,10 @@ fn what_is_missing_or_no_number_is_named() {
     assert_eq!(of(&|w| drop(w.topics.remove(topic(w, "/coarse")))), "the log has no topic /coarse");
     assert_eq!(of(&|w| drop(w.topics.remove(topic(w, "/el")))), "the log has no topic /el");
     let k = 2;
-    assert!(of(&|w| w.topics[k].columns[0][5000] = f64::NAN).contains("cross_elevation_rad is no number"));
+    assert!(
+        of(&|w| w.topics[k].columns[0][5000] = f64::NAN)
+            .contains("cross_elevation_rad contains a value that is not a number")
+    );
     // Every other frame is in no row although none was lost on its way.
     assert!(
         of(&|w| w.topics[k].columns[3].iter_mut().for_each(|c| *c *= 2.0)).contains("are not in the log")
@@ -372,7 +371,7 @@ fn a_standing_target_that_is_lost_while_it_is_acquired_is_a_loss() {
     let all = judged("both", &lost);
     near(&all, "target-losses", "az", 1.0, 0.0);
     assert_eq!(reason(&all, "target-losses", "az"), "conclusive");
-    assert!(reason(&all, "fine-dwell", "az").contains("broken off (tracker lost"));
+    assert!(reason(&all, "fine-dwell", "az").contains("aborted (tracker lost"));
     // And one that is lost before a record of frames is there.
     let mut soon = window(&Truth { lasts_s: 0.1, ..steady() });
     soon.segments.truncate(3);

@@ -84,7 +84,10 @@ fn readings_that_go_with_the_motion_are_a_fault_of_the_sight() {
     };
     assert_eq!(faults(&every_tick()), Some(Vec::new()));
     let turned = faults(&Scene { gains: [-3.5355, 2.5], ..every_tick() }).expect("it was seen");
-    assert!(turned[0].starts_with("sign of the fine tracker: its readings go with the motion"), "{turned:?}");
+    assert!(
+        turned[0].starts_with("sign of the fine tracker: its readings have the same sign as the motion"),
+        "{turned:?}"
+    );
     assert_eq!(faults(&Scene { gains: [1e9; 2], ..every_tick() }), None, "what was not seen proves nothing");
 }
 

@@ -112,10 +112,10 @@ fn too_few_runs_targets_off_the_faces_and_on_the_soft_limit_are_refused() {
     let few = read("targets = [\"0 deg\", \"10 deg\", \"20 deg\"]\nruns = 4").expect_err("four runs");
     assert!(few[0].to_string().contains("at least 5"), "{}", few[0]);
     let wide = read("targets = [\"-100 deg\", \"0 deg\", \"100 deg\"]").expect_err("three targets");
-    assert!(wide[0].to_string().contains("asks for 8"), "{}", wide[0]);
+    assert!(wide[0].to_string().contains("requires 8"), "{}", wide[0]);
     let axes = polygon(with_elevation());
     let between = read("targets = [\"0 deg\", \"15 deg\", \"20 deg\"]").expect("keys").plan("az", &axes);
-    assert!(between.is_err_and(|all| all[0].to_string().contains("no face of the polygon")));
+    assert!(between.is_err_and(|all| all[0].to_string().contains("not a face of the polygon")));
     let limit = read("targets = [\"140 deg\", \"150 deg\", \"159 deg\"]")
         .expect("keys")
         .plan("az", &with_elevation());

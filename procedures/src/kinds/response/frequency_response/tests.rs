@@ -401,7 +401,7 @@ fn a_reversal_a_gap_and_the_torque_limit_cost_their_windows_only() {
 fn bad_records_give_a_reason_and_never_a_number() {
     type Spoil = fn(&mut Window);
     let table: [(&str, Spoil, &str); 5] = [
-        ("not a number", |w| w.topics[0].columns[4][5000] = f64::NAN, "no number in row 5000"),
+        ("not a number", |w| w.topics[0].columns[4][5000] = f64::NAN, "not a number in row 5000"),
         ("constant", |w| w.topics[0].columns[4].iter_mut().for_each(|v| *v = 0.01), "same value"),
         ("no excitation", |w| w.topics[0].columns[5].iter_mut().for_each(|v| *v = 0.0), "same value"),
         (

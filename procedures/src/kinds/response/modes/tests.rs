@@ -247,7 +247,7 @@ fn expectations_that_contradict_themselves_are_refused_with_the_reason() {
         parsed(&shipped.replacen(from, to, 1)).err().unwrap_or_default()
     };
     for (from, to, message) in [
-        ("mode = 2", "mode = 9", "mode 9 has no name"),
+        ("mode = 2", "mode = 9", "mode 9 is out of range"),
         ("mode = 2", "mode = 1", "ascending order of their numbers"),
         ("\"10.0 Hz\", ", "", "2 frequencies at 3 elevations"),
         ("mode = 4\nband", "mode = 4\nelevation = [\"0 deg\"]\nband", "cannot be given together"),

@@ -113,7 +113,7 @@ fn one_axis_alone_has_no_companion_and_an_axis_without_span_is_refused() {
     let yields = alone.yields().expect("fewer than all of its kind");
     assert!(yields.contains(&"rms-current-el") && !yields.contains(&"rms-current-az"));
     let refused = alone.plan("az", &axes()).expect_err("azimuth has no span");
-    assert!(refused[0].message.contains("does not say where axis `az` slews"), "{refused:?}");
+    assert!(refused[0].message.contains("does not give the slew of axis `az`"), "{refused:?}");
     let hasty = Keys { track_s: 0.05, ..keys() };
     assert!(hasty.plan("az", &axes()).is_err(), "no time to go out and back");
 }
@@ -169,7 +169,7 @@ fn a_rig_without_clamps_says_so_and_three_cycles_are_too_few_for_the_heat_sink()
         assert!(reason.contains("no current clamps"), "{name}: {reason}");
     }
     let reason = found(&all, "heat-sink-end").inconclusive.clone().unwrap_or_default();
-    assert!(reason.contains("3 whole cycles, 4 are needed"), "{reason}");
+    assert!(reason.contains("3 whole cycles, but 4 are needed"), "{reason}");
     near(&all, "peak-current-az", 30.0, 1e-9);
 }
 

@@ -219,7 +219,7 @@ fn a_table_that_no_gyro_sees_is_proven_by_its_encoder_and_says_what_is_not() {
     assert_eq!(faults(&sound), [""; 0]);
     assert!((value(&sound, "presliding-ratio", "table") - 1.0).abs() < 0.3);
     assert!((value(&sound, "torque-scale-ratio", "table") - 1.0).abs() < 0.03);
-    assert!(sound.remarks[0].starts_with("No gyro sees table"), "{:?}", sound.remarks);
+    assert!(sound.remarks[0].starts_with("No gyro measures table"), "{:?}", sound.remarks);
     for against in [Plant { torque: -1.0, ..AZIMUTH }, Plant { encoder: -1.0, ..AZIMUTH }] {
         let found = of_a_table(against);
         assert!(faults(&found)[0].starts_with("torque or encoder sign of table: "), "{:?}", faults(&found));

@@ -88,7 +88,7 @@ fn another_manner_no_stop_no_standstill_and_no_numbers_are_inconclusive() {
         (vec![record(StopManner::TorqueOff)], "was stopped without torque"),
         (vec![], "no stop of axis `az`"),
         (vec![StopRecord { standstill: false, ..record(StopManner::QuickStop) }], "not end at standstill"),
-        (vec![StopRecord { took_s: f64::NAN, ..record(StopManner::QuickStop) }], "no number"),
+        (vec![StopRecord { took_s: f64::NAN, ..record(StopManner::QuickStop) }], "not a number"),
     ] {
         let found = analysed(&case, stops);
         assert!(found.inconclusive.as_ref().is_some_and(|r| r.to_string().contains(reason)), "{found:?}");

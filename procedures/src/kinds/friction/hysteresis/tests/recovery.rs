@@ -109,7 +109,7 @@ fn a_velocity_that_the_span_cannot_reach_is_refused_before_anything_moves() {
         "{refused:?}"
     );
     let help = refused.help.as_deref().unwrap_or_default();
-    assert!(help.starts_with("a span of 71.8333 deg is needed"), "{help}");
+    assert!(help.starts_with("use a span of at least 71.8333 deg"), "{help}");
     // What the help asks for is enough, and little less is not.
     let planned = |span: &str| {
         let text = text.replace("0 deg .. 40 deg", span);

@@ -42,7 +42,7 @@ fn the_level_is_that_of_the_log_and_another_elevation_is_none() {
     let away = judge(&procedure, |w| w.topics[0].columns[0].iter_mut().for_each(|v| *v += 0.2), 1);
     let reason = of(&away, "velocity-bandwidth").inconclusive.clone().unwrap_or_default();
     assert!(
-        reason.contains("measured at an elevation of 31.4") && reason.contains("asked for 20 deg"),
+        reason.contains("measured at an elevation of 31.4") && reason.contains("requested 20 deg"),
         "{reason}"
     );
 }
@@ -85,7 +85,7 @@ fn realisations_that_are_the_same_signal_tell_nothing_of_distortion() {
     assert!(of(&result, "velocity-bandwidth").value.is_some());
     let distortion = of(&result, "distortion");
     let reason = distortion.inconclusive.as_deref().unwrap_or_default();
-    assert!(distortion.value.is_none() && reason.contains("other phases"), "{distortion:?}");
+    assert!(distortion.value.is_none() && reason.contains("different phases"), "{distortion:?}");
 }
 
 #[test]

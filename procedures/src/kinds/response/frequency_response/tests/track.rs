@@ -160,7 +160,7 @@ fn what_cannot_be_done_behind_a_target_is_refused() {
     let level = track_procedure("12 V", TARGET).expect("it parses").plan(&axes(), &[]).expect_err("too much");
     assert!(level[0].message.contains("would reverse the axis"), "{}", level[0].message);
     let still = track_procedure("4 V", "by = \"target\"\nvelocity = \"0 rad/s\"").expect_err("no rate");
-    assert!(still[0].message.contains("behind a target"), "{}", still[0].message);
+    assert!(still[0].message.contains("while a target is tracked"), "{}", still[0].message);
     let none = track_procedure("4 V", "velocity = \"0.1 rad/s\"").expect_err("no target");
-    assert!(none[0].message.contains("read behind a target"), "{}", none[0].message);
+    assert!(none[0].message.contains("while a target is tracked"), "{}", none[0].message);
 }
