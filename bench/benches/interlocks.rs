@@ -1,4 +1,4 @@
-//! What all interlocks of both axes cost in a tick of a moving rig. `safety.md` allows 2.5 µs at the median.
+//! What all interlocks of both axes cost in a tick of a moving rig. Allowed (ours): 2.5 µs at the median.
 #![allow(clippy::print_stdout)]
 
 use std::hint::black_box;

@@ -181,7 +181,7 @@ const BEFORE_S: f64 = 3e-3;
 /// A step is looked for until shortly before the next.
 const AFTER_S: f64 = 0.9 * STEP_S;
 /// Steps and samples share the grid of ticks, so no two steps show another phase: an onset between two samples is known by
-/// the shape of the rise alone, to 0.1 of a period (bound; estimators.md row 12).
+/// the shape of the rise alone, to 0.1 of a period (bound; ours).
 const GRID_RATIO: f64 = 0.1;
 /// Least number of steps.
 const LEAST_STEPS: usize = 4;
