@@ -191,7 +191,7 @@ fn the_matrix_has_a_row_for_what_is_declared_and_names_what_nothing_covers() {
     );
     let gaps = part(&page, "not-measured");
     for (ids, why) in [
-        ("SPR-EL", "required, and nothing was measured"),
+        ("SPR-EL", "required, but nothing was measured"),
         ("FSM-BW, STR-XAX", "no kind of procedure measures it yet"),
     ] {
         assert!(gaps.contains(&format!("{ids}: {why}.")), "{gaps}");
