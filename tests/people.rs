@@ -75,10 +75,7 @@ fn with_real_devices_a_safety_prompt_wants_somebody_at_a_terminal() {
     unattended(folder.path(), "asking", "p.toml");
     write(folder.path(), "answers.toml", "schema = 1\n[answers]\narea-clear = \"yes\"\n");
     for (more, because) in [
-        (
-            &["--yes"][..],
-            "--yes: safety prompt `area-clear` must be answered by somebody who looks at the rig",
-        ),
+        (&["--yes"][..], "--yes: safety prompt `area-clear` must be answered by a person at the rig"),
         (&["--non-interactive"], "--non-interactive: safety prompt `area-clear`"),
         (&["--answers", "answers.toml"], "--answers: safety prompt `area-clear`"),
         (&[], "safety prompt `area-clear` must be answered at a terminal"),

@@ -140,7 +140,7 @@ fn signs_and_mappings_that_are_wrong_are_named() {
     let inverted = analysed(1, |rates| rates.map(|r| -r));
     assert!((value(&inverted, MAPPING) - std::f64::consts::PI).abs() < 1e-3);
     let [remark] = inverted.remarks.as_slice() else { panic!("one remark, found {:?}", inverted.remarks) };
-    assert!(remark.contains("the gyros turn against the encoder"), "{remark}");
+    assert!(remark.contains("the gyros show rotation opposite to the encoder"), "{remark}");
     // Z the other way round: off by twice the elevation, and nothing at elevation 0.
     let mirrored = analysed(1, |[x, y, z]| [x, y, -z]);
     assert!((value(&mirrored, MAPPING) - 1.4).abs() < 1e-3, "{}", value(&mirrored, MAPPING));
