@@ -300,7 +300,7 @@ fn a_log_that_was_added_removed_swapped_cut_off_emptied_or_replaced_by_a_link_is
 
 #[test]
 fn a_log_that_cannot_be_read_costs_its_own_procedure_and_no_other() {
-    for (share, reason) in [(0, "the log cannot be judged: no MCAP file"), (60, "")] {
+    for (share, reason) in [(0, "the log cannot be judged: not an MCAP file"), (60, "")] {
         let (folder, run) = altered(|run| cut(run, "AZ-LATER.mcap", share));
         let said = run_in(folder.path(), &["rejudge", "run", "--out", "again"]);
         assert_eq!(said.code, 65, "{}{}", said.out, said.err);
@@ -337,7 +337,11 @@ fn a_run_of_an_older_version_is_not_verifiable_but_nobody_calls_it_forged() {
     assert_eq!(said.code, 0, "{}{}", said.out, said.err);
     // Its results still name the logs that they were judged from.
     from_other(&run, "AZ-LATER.mcap", "AZ-LATER.mcap");
-    found_altered(&run, "AZ-LATER.mcap is not the log that results.json was judged from", "another log");
+    found_altered(
+        &run,
+        "AZ-LATER.mcap differs from the log that results.json was judged from",
+        "another log",
+    );
 }
 
 /// As a run leaves it that is killed in motion: no results, no index, the journal and a log without their ends.

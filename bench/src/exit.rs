@@ -70,7 +70,6 @@ pub const EXIT_CODES: &[ExitCode] = &[
     ExitCode { code: PASS, meaning: "pass or conditional pass; a screening without a shortfall" },
     ExitCode { code: USAGE, meaning: "usage: bad command line, unreadable input or a mistake in a file" },
     ExitCode { code: NOTHING_SELECTED, meaning: "nothing selected" },
-    ExitCode { code: 125, meaning: "`regress --bisect` cannot tell" },
 ];
 
 /// The one of two codes that wins.

@@ -177,7 +177,12 @@ fn open_drives(
     let mut axes = rig.axes.clone();
     for axis in &mut axes {
         if !found.contains(&axis.drive.station) {
-            let reason = format!("no station {} on {}, found {found:?}", axis.drive.station, bus.name());
+            let reason = format!(
+                "no station {} on {}, found stations {found:?}; check power and wiring of the drives, and \
+                 `station` in the rig file",
+                axis.drive.station,
+                bus.name()
+            );
             return Err(DeviceError::Bus { device: axis.name.clone(), reason });
         }
         let (drive, identity) = Cia402::open(bus, axis.drive.clone(), &mut waiting)?;

@@ -195,12 +195,12 @@ impl Mirror {
         };
         let digital = self.settings.command == Path::Serial;
         match () {
-            () if !set.closed_loop => failed("loop expected closed, found open"),
+            () if !set.closed_loop => failed("strain gauge loop expected closed, found open"),
             () if set.digital_source != digital && digital => {
-                failed("source expected digital order, found analog input")
+                failed("source expected digital (serial commands), found analog input")
             }
             () if set.digital_source != digital => {
-                failed("source expected analog input, found digital order")
+                failed("source expected analog input, found digital (serial commands)")
             }
             () => Ok(()),
         }

@@ -16,6 +16,12 @@ pub fn text(text: &str) -> String {
     text.replace("\r\n", "\n").chars().map(character).collect()
 }
 
+/// A number with its noun, in the plural unless there is one: `1 point`, `2 points`.
+pub fn counted(count: usize, noun: &str) -> String {
+    let ending = if count == 1 { "" } else { "s" };
+    format!("{count} {noun}{ending}")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -25,5 +31,10 @@ mod tests {
         assert_eq!(text("a\u{1b}[31mb\u{9b}2J\u{7}\u{7f}"), "a\u{fffd}[31mb\u{fffd}2J\u{fffd}\u{fffd}");
         assert_eq!(text("1\r\n2\t±0.1 °\n"), "1\n2\t±0.1 °\n");
         assert_eq!(text("3\r4"), "3\u{fffd}4");
+    }
+
+    #[test]
+    fn only_one_is_in_the_singular() {
+        assert_eq!([0, 1, 2].map(|n| counted(n, "point")), ["0 points", "1 point", "2 points"]);
     }
 }

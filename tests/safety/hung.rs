@@ -99,7 +99,7 @@ fn with_hanging_disk(waits: bool) -> Bed {
 fn a_recorder_that_hangs_stops_the_axis_and_does_not_hang_the_run() {
     let ran = with_hanging_disk(true).run();
     assert_eq!(ran.outcome.status, PointStatus::Errored);
-    assert_eq!(ran.outcome.error, Some(PointError::Bench("the log cannot be written any more".to_owned())));
+    assert_eq!(ran.outcome.error, Some(PointError::Bench("the log can no longer be written".to_owned())));
     assert!(ran.outcome.safe.standstill && ran.contacts == 0, "{:?}", ran.outcome);
 }
 

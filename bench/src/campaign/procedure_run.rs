@@ -92,6 +92,6 @@ pub(super) fn keep(journal: &Mutex<Journal>, entry: Entry, run: &mut ProcedureRu
     let written = journal.lock().map(|mut j| j.write(entry));
     if !matches!(written, Ok(Ok(()))) {
         run.exit_code = exit::worse(run.exit_code, exit::BENCH);
-        run.reason.get_or_insert_with(|| "the journal cannot be written any more".to_owned());
+        run.reason.get_or_insert_with(|| "the journal can no longer be written".to_owned());
     }
 }

@@ -1,5 +1,7 @@
 //! `bench check`: every mistake of every file, before anything is switched on.
 
+use reports::printable::counted;
+
 use super::options::{Asked, Fit};
 use super::output;
 use crate::exit;
@@ -22,14 +24,18 @@ pub(super) fn run(args: &Args) -> u8 {
     };
     let points: usize = plan.procedures.iter().map(|p| p.cases.len()).sum();
     let uncovered = plan.requirements.all.iter().filter(|r| r.judges.is_empty()).count();
-    let text = format!(
-        "{}: {} procedures, {points} points, {:.0} s; {} requirements must be measured, {uncovered} of {} have no kind that measures them yet",
+    let mut text = format!(
+        "{}: {}, {}, {:.0} s; {} must be measured",
         plan.id,
-        plan.procedures.len(),
+        counted(plan.procedures.len(), "procedure"),
+        counted(points, "point"),
         plan.procedures.iter().map(|p| p.planned_s()).sum::<f64>(),
-        plan.must_measure.len(),
-        plan.requirements.all.len(),
+        counted(plan.must_measure.len(), "requirement"),
     );
+    if uncovered > 0 {
+        text +=
+            &format!(", {uncovered} of {} cannot be: no kind measures them yet", plan.requirements.all.len());
+    }
     output::say(&text);
     output::say(&files(&plan, &rig));
     for planned in &plan.procedures {
@@ -47,7 +53,8 @@ fn files(plan: &CampaignPlan, rig: &Rig) -> String {
     let shipped = plan.procedures.iter().filter(|p| p.procedure.source.name.starts_with(SHIPPED)).count();
     let campaign = plan.source.as_ref().map_or("none", |source| source.name.as_str());
     format!(
-        "files: campaign {campaign}, requirements {}, rig {}; {shipped} of {} procedures are shipped ones (`bench plan` names their files)",
+        "files: campaign {campaign}, requirements {}, rig {}; shipped procedures: {shipped} of {} (`bench plan` names \
+         the files)",
         plan.requirements_source.name,
         rig.source.name,
         plan.procedures.len()

@@ -20,8 +20,8 @@ pub(super) mod topics;
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
-    /// Any name that `bench list` shows; `rig` for safety parameters, `exit-code`, `signals`, or a topic: `units`, `verdicts`, `rules`,
-    /// `selection`, `gates`, `stages`, `conditions`, `glossary`
+    /// Any name that `bench list` shows; `rig` for safety parameters, `exit-code`, `signals`, or a topic: `units`,
+    /// `verdicts`, `rules`, `selection`, `gates`, `stages`, `conditions`, `glossary`
     name: String,
 }
 

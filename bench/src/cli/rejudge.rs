@@ -237,7 +237,7 @@ fn write(
 ) -> Result<(), u8> {
     let occupied = std::fs::read_dir(folder).is_ok_and(|mut inside| inside.next().is_some());
     if occupied {
-        output::error(&format!("--out {}: the folder is not empty", folder.display()));
+        output::error(&format!("--out {}: the folder is not empty; choose a new one", folder.display()));
         return Err(exit::USAGE);
     }
     let results = Results { evidence, ..Results::new(findings.clone(), record::of_rejudged(what, before)) };

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use procedures::diagnostic::nearest;
 use reports::record::Results;
 
 use super::output;
@@ -44,7 +45,10 @@ fn write(args: &Args) -> Result<u8, u8> {
     let results = results.with_evidence(evidence::check(&args.run));
     let known: Vec<&str> = reports::FORMATS.iter().map(|f| f.name).collect();
     if let Some(unknown) = args.format.iter().find(|name| reports::format(name).is_none()) {
-        output::error(&format!("--format {unknown}: expected one of {}", known.join(", ")));
+        // Too far from its short name for the nearest word.
+        let near = if unknown == "markdown" { Some("md") } else { nearest(unknown, known.iter().copied()) };
+        let help = near.map_or(String::new(), |name| format!("; did you mean `{name}`?"));
+        output::error(&format!("--format {unknown}: expected one of {}{help}", known.join(", ")));
         return Err(exit::USAGE);
     }
     for format in args.format.iter().filter_map(|name| reports::format(name)) {

@@ -16,8 +16,9 @@ use crate::rig::driver::Driver;
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
-    /// File type: `procedure`, one kind of procedure, `campaign`, `requirements`, `rig`, `unit`, `unit-table`, `parameters`, `import`, `answers`,
-    /// `waivers`; or `events` for the lines of `run --json`, `log-events` for topic `/events` of a log; all of them as one object if not given
+    /// File type: `procedure`, a kind of procedure such as `hysteresis`, `campaign`, `requirements`, `rig`, `unit`,
+    /// `unit-table`, `parameters`, `import`, `answers`, `waivers`; or `events` for the lines of `run --json`,
+    /// `log-events` for topic `/events` of a log; all of them as one object if not given
     sort: Option<String>,
     /// Rig whose axes procedures may move: a shipped name or a path
     #[arg(long)]

@@ -333,7 +333,7 @@ fn guard(
         ending.fail(error);
         halt(rig, sequencer, ticks, recorder);
     } else if recorder.failed() {
-        ending.fail("the log cannot be written any more");
+        ending.fail("the log can no longer be written");
         halt(rig, sequencer, ticks, recorder);
     } else if sequencer.refused() {
         ending.refused = Some("the operator refused".to_owned());

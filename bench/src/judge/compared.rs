@@ -61,7 +61,7 @@ pub(super) fn judge_again(found: &mut ProcedureFindings, requirements: &Requirem
 fn doubtful(found: &ProcedureFindings) -> String {
     let doubtful = |m: &&procedures::measurement::Measurement| m.value.is_some() && m.inconclusive.is_some();
     let count = found.measurements.iter().filter(doubtful).count();
-    format!("{count} results rest on a channel that drifted between the self-checks.")
+    format!("Results that rest on a channel that drifted between the self-checks: {count}.")
 }
 
 #[cfg(test)]

@@ -42,7 +42,8 @@ pub(super) fn fit(mut plan: CampaignPlan, rig: &Rig, skip_missing: bool) -> Resu
         return Err(PlanError::Refused(left_out.iter().map(|left| refusal(left, rig)).collect()));
     }
     if plan.procedures.is_empty() {
-        let message = format!("--skip-missing: rig `{}` lacks a device for every procedure", rig.id);
+        let message =
+            format!("--skip-missing: no procedure is left, because rig `{}` lacks a device for each", rig.id);
         return Err(PlanError::NothingSelected(message));
     }
     Ok(without(plan, &left_out))

@@ -76,7 +76,8 @@ fn unknown(plan: &CampaignPlan, word: &str) -> String {
         known.extend([procedure.id.as_str(), procedure.axis.as_str(), procedure.kind]);
     }
     known.extend(plan.requirements.all.iter().map(|requirement| requirement.id.as_str()));
-    let message = format!("--select {word}: no procedure, stage, axis, kind or requirement of `{}`", plan.id);
+    let message =
+        format!("--select {word}: `{}` has no such procedure, stage, axis, kind or requirement", plan.id);
     if plan.requirements.get(word).is_some() {
         return format!("--select {word}: nothing in `{}` measures this requirement", plan.id);
     }

@@ -105,7 +105,10 @@ impl Check<'_> {
         let Some(Entry::Opened { campaign, rig, unit, seed }) = first.filter(|_| opened == 1) else {
             // A run that was killed before it wrote a line.
             if !lines.is_empty() {
-                self.altered.push(format!("{}: expected one opening entry, the first", journal::FILE));
+                self.altered.push(format!(
+                    "{}: expected exactly one opening entry, in its first line",
+                    journal::FILE
+                ));
             }
             return;
         };

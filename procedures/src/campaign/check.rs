@@ -136,7 +136,8 @@ fn same_ids(campaign: &Campaign, procedures: &[&Procedure]) -> Vec<Diagnostic> {
         if let Some(first) = first {
             let files = format!("`{}` and `{}`", first.source.name, procedure.source.name);
             let message = format!("two procedures have the id `{}`: {files}", procedure.id);
-            mistakes.push(at(campaign, &entry.span, message, Some("logs are named after the id".to_owned())));
+            let help = "logs are named after the id: rename one of the two".to_owned();
+            mistakes.push(at(campaign, &entry.span, message, Some(help)));
         }
     }
     mistakes

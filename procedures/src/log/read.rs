@@ -91,7 +91,7 @@ impl LogReader {
             Ok(Err(found)) => {
                 let magic = mcap::MAGIC.escape_ascii();
                 let found = found.escape_ascii();
-                let reason = format!("no MCAP file: expected `{magic}` at its start, found `{found}`");
+                let reason = format!("not an MCAP file: expected `{magic}` at its start, found `{found}`");
                 return Err(LogError::Foreign { file, reason });
             }
             Err(fault) => return Err(fault.into_error(file, &records)),

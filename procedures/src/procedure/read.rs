@@ -75,8 +75,8 @@ fn id(table: &mut TableReader<'_>) -> Option<String> {
     if is_harmless(&id) {
         return Some(id);
     }
-    let message = format!("`id` names files: up to {LONGEST_ID} letters, digits, `-` and `_`");
-    table.mistake("id", message, None);
+    let message = format!("`id` must be 1 to {LONGEST_ID} letters, digits, `-` and `_`, found `{id}`");
+    table.mistake("id", message, Some("files are named after it".to_owned()));
     None
 }
 

@@ -18,9 +18,9 @@ pub enum FrictionReason {
     NoMultisine,
     #[error("the presliding fit did not converge, or too few periods")]
     NoPresliding,
-    #[error("z_ss unknown: the exponential fit converged for no ramp")]
+    #[error("z_ss unknown: the exponential fit did not converge for any ramp")]
     BendingUnknown,
-    #[error("the exponential fit converged for no ramp")]
+    #[error("the exponential fit did not converge for any ramp")]
     NoFit,
     #[error("the point has no release")]
     NoRelease,

@@ -163,7 +163,7 @@ fn mask(table: &mut TableReader<'_>, kind: QuantityKind) -> Option<Mask> {
     let mut corners: Vec<(f64, Limit)> = Vec::new();
     if at.len() != limits.len() || at.len() < 2 {
         let message = format!(
-            "{} corners and {} limits: expected the same number of both, at least two",
+            "corners: {}, limits: {}; expected the same number of both, at least two",
             at.len(),
             limits.len()
         );

@@ -126,8 +126,8 @@ fn gates() -> String {
     format!(
         "A gate is a condition that must be met before anything moves. Otherwise the point is refused \
          (exit 6) or, where `cool-down` is given, the run waits for the heat sinks to cool down. A \
-         procedure sets these gates under `[gate]`:\n{}\nIn addition every run checks that the disk has \
-         room for the planned logs, and `polarity`: no loop is closed before the signs and scales of \
+         procedure sets these gates under `[gate]`:\n{}\nEvery run also checks that the disk has room \
+         for the planned logs. The gate `polarity` keeps every loop open until the signs and scales of \
          torque, encoders and gyros are proven. Stages of a campaign have their own gates (`bench explain \
          stages`). Interlocks are not gates: they are checked in every tick (`bench explain rig`).",
         output::table(&rows)

@@ -1,5 +1,7 @@
 //! Rows of the tables of `bench plan`.
 
+use reports::printable::counted;
+
 use crate::model::axis::{NOT_ENFORCED, RigAxis};
 use crate::model::rig::Rig;
 use crate::plan::preflight::{PlannedCoast, PlannedStop, PointEnvelope, ProcedureEnvelope};
@@ -13,7 +15,7 @@ pub(super) fn envelope(found: &[ProcedureEnvelope], points: bool) -> Vec<Vec<Str
     let mut rows =
         vec![head(&["procedure", "point", "duration", "position", "rate", "acceleration", "torque", "rms"])];
     for procedure in found {
-        let count = format!("{} points", procedure.points.len());
+        let count = counted(procedure.points.len(), "point");
         let mut row = asked(&procedure.procedure, &count, &whole(procedure));
         row.push(format!("{:.0} N*m", procedure.rms_torque_nm));
         rows.push(row);

@@ -103,7 +103,7 @@ fn numbers(before: &[ProcedureFindings], now: &[ProcedureFindings]) -> Vec<Strin
     let differ = all.iter().filter(|pair| pair.before != pair.now).count();
     let mut lines = vec![format!("{differ} of {} measurements", all.len())];
     if alone > 0 {
-        lines.push(format!("{alone} measurements are in only one of the two"));
+        lines.push(format!("measurements in only one of the two: {alone}"));
     }
     let farthest = all.iter().max_by(|a, b| a.apart_u().total_cmp(&b.apart_u()));
     lines.push(match farthest.filter(|pair| pair.apart_u() != 0.0) {
@@ -182,6 +182,6 @@ mod tests {
         assert_eq!(same, ["0 of 1 measurements", "values are the same", "uncertainties are the same"]);
         let without = ProcedureFindings { measurements: Vec::new(), ..friction(0.0, 0.0) };
         let fewer = numbers(&[friction(219.0, 0.5)], &[without]);
-        assert_eq!(fewer[1], "1 measurements are in only one of the two");
+        assert_eq!(fewer[1], "measurements in only one of the two: 1");
     }
 }

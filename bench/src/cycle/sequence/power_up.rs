@@ -39,11 +39,16 @@ impl Sequencer<'_> {
                 self.go(if faulty(rig) { State::FaultReset } else { self.before_torque() }, now);
             }
             State::OpRequest if rig.bus_state() == BusState::Op && waited_s > FEEDBACK_LIMIT_S => {
-                let reason = format!("no valid rates from the gyros for {FEEDBACK_LIMIT_S} s");
+                let reason = format!(
+                    "no valid rates from the gyros for {FEEDBACK_LIMIT_S} s; check power and line of the unit"
+                );
                 return Err(DeviceError::Bus { device: "imu".to_owned(), reason });
             }
             State::SafeOp | State::OpRequest if waited_s > BUS_LIMIT_S && rig.bus_state() < BusState::Op => {
-                let reason = format!("bus state {:?} for more than {BUS_LIMIT_S} s", rig.bus_state());
+                let reason = format!(
+                    "bus state {:?} for more than {BUS_LIMIT_S} s, expected Op; check power and wiring of the drives",
+                    rig.bus_state()
+                );
                 return Err(DeviceError::Bus { device: "bus".to_owned(), reason });
             }
             State::FaultReset if !faulty(rig) => self.go(self.before_torque(), now),
@@ -110,7 +115,8 @@ impl Sequencer<'_> {
         if (0..self.loops.len()).all(|axis| self.loops[axis].stopped(rig.actuals(axis))) {
             self.homed(now, rig, tell);
         } else if self.waited_s(now) > self.slow_move_limit_s() {
-            let reason = "did not come to rest where the plan begins".to_owned();
+            let reason =
+                format!("did not come to rest at its start pose within {:.0} s", self.slow_move_limit_s());
             return Err(DeviceError::Bus { device: self.case.axis.clone(), reason });
         }
         Ok(())

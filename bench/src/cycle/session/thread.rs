@@ -163,7 +163,7 @@ impl<'a> Ticking<'a> {
     fn run_job(&mut self, job: &mut Job<'a>) -> Result<PointOutcome, DeviceError> {
         // After a trip between points nothing moves before somebody has looked at the rig.
         if let Some(trip) = self.between.trip().filter(|_| !job.looked_at) {
-            let reason = format!("tripped while nothing was to move: {}", trip.reason(&self.names));
+            let reason = format!("tripped while no axis was to move: {}", trip.reason(&self.names));
             return Err(DeviceError::Bus { device: "session".to_owned(), reason });
         }
         self.note_trip();

@@ -95,7 +95,11 @@ fn check_geometry(t: &mut TableReader<'_>, all: &[Written]) {
         {
             let message =
                 format!("axis `{carrier}` carries `{}` and `{name}`: expected one", first.axis.name);
-            t.mistake_at(at, message, Some("an axis can carry at most one other".to_owned()));
+            t.mistake_at(
+                at,
+                message,
+                Some("an axis can carry at most one other: correct `carried-by`".to_owned()),
+            );
         }
     }
 }
@@ -139,12 +143,12 @@ fn check_shared(t: &mut TableReader<'_>, all: &[Written]) {
         let own = &written.axis;
         let name = &written.axis.name;
         if let Some(other) = before().find(|other| other.drive.station == own.drive.station) {
-            let message = format!("axes `{}` and `{name}` on one station", other.name);
+            let message = format!("axes `{}` and `{name}` have the same station", other.name);
             let help = "both would command the same drive: give each its own station".to_owned();
             t.mistake_at(written.station.clone(), message, Some(help));
         }
         if let Some(other) = before().find(|other| other.gains == own.gains) {
-            let message = format!("axes `{}` and `{name}` with the same gains `{}`", other.name, own.gains);
+            let message = format!("axes `{}` and `{name}` use the same gains `{}`", other.name, own.gains);
             let help = "gains depend on the inertia of the axis: give each axis its own section".to_owned();
             t.mistake_at(written.gains.clone(), message, Some(help));
         }

@@ -88,7 +88,7 @@ fn read_one(t: &mut TableReader<'_>, p: &'static SafetyParameter, safety: &mut S
         if matches!(p.holds, Holds::Pose) {
             return Some(());
         }
-        let message = format!("`{}` is missing: recommended {}, because {}", p.key, p.recommended, p.reason);
+        let message = format!("`{}` is missing; recommended {}: {}", p.key, p.recommended, p.reason);
         let help = format!("{} Range {}; `bench explain rig` lists every safety parameter", p.doc, p.range());
         t.mistake_at(t.place(), message, Some(help));
         return None;
@@ -128,7 +128,7 @@ fn within(t: &mut TableReader<'_>, p: &SafetyParameter, values: &[f64]) -> Optio
     let outside = values.iter().find(|value| !(least - slack..=most + slack).contains(*value));
     let Some(outside) = outside else { return Some(()) };
     let message = format!("`{}` must lie in {}, found {}", p.key, p.range(), kind.format(*outside));
-    let help = format!("recommended {}, because {}", p.recommended, p.reason);
+    let help = format!("recommended {}: {}", p.recommended, p.reason);
     t.mistake(p.key, message, Some(help));
     None
 }

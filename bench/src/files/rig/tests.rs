@@ -81,7 +81,7 @@ fn a_rig_that_leaves_a_safety_parameter_out_is_told_the_recommended_value_and_th
     for p in SAFETY_PARAMETERS.iter().filter(|p| p.key != "safe-pose") {
         let line = line_of(p.key).unwrap_or_else(|| panic!("{} is not in the shipped rig", p.key));
         let told = said(&[(&line, "")]);
-        let expected = format!("`{}` is missing: recommended {}, because {}", p.key, p.recommended, p.reason);
+        let expected = format!("`{}` is missing; recommended {}: {}", p.key, p.recommended, p.reason);
         assert!(told.contains(&expected), "{}: {told}", p.key);
     }
 }

@@ -210,10 +210,13 @@ fn zero_leaves_the_travel(s: &Settings<'_>) -> Option<String> {
 fn soft_limits_leave_the_travel(s: &Settings<'_>) -> Option<String> {
     let travel = s.limits.travel_rad;
     let soft = s.limits.soft_limits_rad;
-    if soft[0] < travel[0] || soft[1] > travel[1] {
-        return Some("soft limits reach beyond the travel".to_owned());
-    }
-    (soft[0] == travel[0] || soft[1] == travel[1]).then(|| "a soft limit is the end of the travel".to_owned())
+    let what = match () {
+        () if soft[0] < travel[0] || soft[1] > travel[1] => "reach beyond",
+        () if soft[0] == travel[0] || soft[1] == travel[1] => "end at an end of",
+        () => return None,
+    };
+    let shown = |[low, high]: [f64; 2]| format!("{} .. {}", K::Angle.format(low), K::Angle.format(high));
+    Some(format!("`soft-limits` {} {what} `travel` {}", shown(soft), shown(travel)))
 }
 
 fn more_than_the_motor_gives(s: &Settings<'_>) -> Option<String> {

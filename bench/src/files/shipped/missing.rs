@@ -11,9 +11,9 @@ use super::{Folder, SHIPPED, all};
 /// Folders whose files are named by an option of their own.
 const ELSEWHERE: [(Folder, &str); 4] = [
     (Folder::Procedures, "name it without an option, `bench run"),
-    (Folder::Units, "`--unit"),
-    (Folder::Rigs, "`--rig"),
-    (Folder::Requirements, "`--requirements"),
+    (Folder::Units, "give it with `--unit"),
+    (Folder::Rigs, "give it with `--rig"),
+    (Folder::Requirements, "give them with `--requirements"),
 ];
 
 /// No shipped file has this name.

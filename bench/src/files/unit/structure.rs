@@ -180,12 +180,11 @@ impl<'a> Layers<'a> {
             match (self.origin(k), self.origin(nodes)) {
                 (Some(array), Some((layer, _))) if array.0 > layer => left_behind.push(k),
                 (Some(array), _) => {
-                    let message =
-                        format!("`{}` has {length} values for {count} elevation nodes", CURVES[k].key);
+                    let message = format!("`{}`: expected {count} values, found {length}", CURVES[k].key);
                     found.push(self.mistake(
                         array,
                         message,
-                        format!("one value per node of `{}`", CURVES[nodes].key),
+                        format!("give one value per node of `{}`", CURVES[nodes].key),
                     ));
                 }
                 (None, _) => left_behind.push(k),

@@ -128,10 +128,13 @@ fn line(event: &RunEvent) -> Option<String> {
         RunEvent::RunStarted { campaign, rig, unit, procedures, planned_s, folder } => {
             let planned = bar::clock(*planned_s);
             format!(
-                "{campaign}: {procedures} procedures, {planned} planned on the rig {rig}, unit {unit}, into {folder}"
+                "{campaign}: {}, {planned} planned on the rig {rig}, unit {unit}, into {folder}",
+                printable::counted(*procedures, "procedure")
             )
         }
-        RunEvent::ProcedureStarted { procedure, points } => format!("{procedure}: {points} points"),
+        RunEvent::ProcedureStarted { procedure, points } => {
+            format!("{procedure}: {}", printable::counted(*points, "point"))
+        }
         RunEvent::PointEnded { procedure, point, status, reason, .. } => match reason {
             Some(reason) => format!("{procedure} [{point}]: {status}: {reason}"),
             None => return None,

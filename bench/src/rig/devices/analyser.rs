@@ -40,8 +40,8 @@ const RELAYS: [&str; 2] = ["azimuth-relay", "elevation-relay"];
 fn check(entry: &DeviceEntry) -> Vec<Misfit> {
     let out = |key: &&'static str| u8::try_from(entry.integer(key)).is_err();
     let misfit = |key: &'static str| {
-        let help = Some("values 0 to 255".to_owned());
-        Misfit { key, message: "handler port A has eight bits".to_owned(), help }
+        let message = format!("`{key}` must be from 0 to 255, found {}", entry.integer(key));
+        Misfit { key, message, help: Some("handler port A of the analyser has eight bits".to_owned()) }
     };
     RELAYS.into_iter().filter(out).map(misfit).collect()
 }

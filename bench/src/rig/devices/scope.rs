@@ -56,8 +56,8 @@ fn check(entry: &DeviceEntry) -> Vec<Misfit> {
     let [az, el, sync] = channels;
     let mut all = not_above_zero(entry, &["current-range"]);
     if channels.iter().any(|channel| !(1..=4).contains(channel)) || az == el || az == sync || el == sync {
-        let help = Some("channels are 1 to 4, one for each signal".to_owned());
-        let message = "two signals share a channel".to_owned();
+        let message = format!("expected three different channels from 1 to 4, found {az}, {el} and {sync}");
+        let help = Some("correct `azimuth-channel`, `elevation-channel` or `sync-channel`".to_owned());
         all.push(Misfit { key: CHANNELS[2], message, help });
     }
     all
@@ -103,7 +103,7 @@ impl LineDriver for Scope {
 
     fn when_late(&self) -> &'static str {
         if self.is_armed() {
-            "no trigger: the excitation did not change, or the cable is missing;"
+            "no trigger (the excitation did not change, or the cable is missing)"
         } else {
             "the record is not done"
         }

@@ -74,7 +74,7 @@ const MEASURANDS: &[Measurand] = &[
     ),
     Measurand::new(STRIBECK, Q::AngularVelocity, "Stribeck velocity ω_s."),
     Measurand::new(VISCOUS, Q::Damping, "Viscous coefficient σ2: slope of friction in gross sliding."),
-    Measurand::new(SHAPE, Q::Ratio, "Stribeck shape δ."),
+    Measurand::new(SHAPE, Q::Ratio, "Stribeck shape δ, an exponent without unit: 100 % stands for 1."),
     Measurand::new(UNBALANCE, Q::Torque, "Amplitude |A_u| of the unbalance moment A_u·cos θ."),
     Measurand::new(
         SPRING,

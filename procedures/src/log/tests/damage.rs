@@ -159,8 +159,8 @@ fn files_of_others_are_refused_with_what_was_expected() {
         refused(&finished(later)),
     ];
     insta::assert_snapshot!(messages.join("\n"), @r"
-    a.mcap: no MCAP file: expected `\x89MCAP0\r\n` at its start, found ``
-    a.mcap: no MCAP file: expected `\x89MCAP0\r\n` at its start, found `time,x\n0`
+    a.mcap: not an MCAP file: expected `\x89MCAP0\r\n` at its start, found ``
+    a.mcap: not an MCAP file: expected `\x89MCAP0\r\n` at its start, found `time,x\n0`
     a.mcap: damaged: cut off: expected 9 more bytes, found 6 (record at byte 34 of 40)
     a.mcap: expected a log with attachment `plan.json`, found an MCAP file of `mcap-python/1.6.0` without it
     a.mcap: `plan.json`: expected schema 1, found 9

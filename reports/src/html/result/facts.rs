@@ -70,9 +70,9 @@ fn durations(results: &Results) -> Facts {
     // Results that were judged anew hold no durations.
     let lasted = |s: f64| if s > 0.0 { words::duration(s) } else { "—".to_owned() };
     let mut facts = vec![
-        ("Planned, at most", lasted(record.attempts.iter().filter_map(|a| a.planned_s).sum())),
+        ("Planned (maximum)", lasted(record.attempts.iter().filter_map(|a| a.planned_s).sum())),
         (on_rig, lasted(record.simulated_s)),
-        ("By the clock", lasted(record.wall_s)),
+        ("Wall-clock time", lasted(record.wall_s)),
         ("Started", utc(&record.started_utc)),
         ("Ended", utc(&record.ended_utc)),
         ("Interruptions", record.interruptions.len().to_string()),
@@ -149,7 +149,7 @@ fn open_lines(results: &Results, rows: &[Row<'_>]) -> Vec<String> {
     }
     let repeats = record.attempts.iter().filter(|a| a.attempt > 1).count();
     if repeats > 0 {
-        lines.push(format!("{repeats} procedures were repeated; see deviations and incidents."));
+        lines.push(format!("Repeated procedures: {repeats}; see deviations and incidents."));
     }
     let unmet: Vec<&str> = rows
         .iter()

@@ -105,7 +105,8 @@ pub(super) fn one(bed: &Bed, seed: u64) -> Trial {
 /// Whether a check says that the run takes no longer than its simulation is worth waiting for.
 fn is_short(checked: &str) -> bool {
     const LONGEST_S: f64 = 60.0;
-    let planned = checked.split(" points, ").nth(1).and_then(|rest| rest.split(" s;").next());
+    let counted = checked.split_once(" points, ").or_else(|| checked.split_once(" point, "));
+    let planned = counted.and_then(|(_, rest)| rest.split(" s;").next());
     planned.and_then(|text| text.parse::<f64>().ok()).is_some_and(|planned_s| planned_s <= LONGEST_S)
 }
 

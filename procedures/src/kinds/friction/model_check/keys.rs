@@ -28,7 +28,11 @@ const MODEL: &[Field] = &[
     Field::required("coulomb", Shape::Quantity(Q::Torque), "Coulomb torque T_C."),
     Field::required("static", Shape::Quantity(Q::Torque), "Static torque T_S."),
     Field::required("stribeck-velocity", Shape::Quantity(Q::AngularVelocity), "Stribeck velocity ω_s."),
-    Field::required("stribeck-shape", Shape::Quantity(Q::Ratio), "Stribeck shape δ."),
+    Field::required(
+        "stribeck-shape",
+        Shape::Quantity(Q::Ratio),
+        "Stribeck shape δ, an exponent: a plain number such as `1`.",
+    ),
     Field::required("viscous", Shape::Quantity(Q::Damping), "Viscous coefficient σ2."),
     Field::default(
         "unbalance",

@@ -145,7 +145,7 @@ impl Compared {
                 Q::Ratio.format(ratio - 1.0),
             );
             whole.remarks.push(format!(
-                "SUSPICIOUS: {words}. Torques are based on the gauge, and none can pass a limit."
+                "SUSPICIOUS: {words}. Torques are based on the gauge, and no torque can pass its limit."
             ));
             let told =
                 whole.measurements.iter_mut().filter(|m| [CONSTANT, ERROR].contains(&m.measurand.as_str()));

@@ -125,7 +125,7 @@ fn seen(found: &[f64], expected: &[f64]) -> String {
 fn remark(case: &Case, spin: &Spin) -> String {
     let own: f64 = spin.found.along.iter().zip(&spin.expected).map(|(f, e)| f * e).sum();
     let what = if own < 0.0 {
-        "the gyros turn against the encoder"
+        "the gyros show rotation opposite to the encoder"
     } else {
         "the gyros show rotation about another axis"
     };

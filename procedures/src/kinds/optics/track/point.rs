@@ -344,7 +344,7 @@ fn missing_frames(point: &Point<'_>, name: &str, frames: &Frames, topic: &str) -
     let estimate = Estimate { value, u: 0.0, dof: f64::INFINITY, n: frames.made() };
     let mut missing = point.measurement(name, &point.case.axis, Ok(estimate), topic);
     missing.flags.push(format!("{} of {} frames", frames.missing(), frames.made()));
-    missing.flags.extend(frames.missing_every().map(|frames| format!("one in {frames}, in turn")));
+    missing.flags.extend(frames.missing_every().map(|frames| format!("one frame in {frames}, regularly")));
     missing
 }
 

@@ -387,17 +387,14 @@ fn sign(name: &str, by_torque: f64, by_gyro: f64) -> Option<String> {
     let [torque_encoder, encoder_gyro] = [by_torque, by_gyro].map(|v| if v > 0.0 { "+" } else { "-" });
     let (what, why) = match (torque_encoder, encoder_gyro) {
         ("+", "+") => return None,
-        ("-", "+") => {
-            ("torque sign", "encoder and gyro agree but move against the torque: motor phases exchanged")
-        }
+        ("-", "+") => ("torque sign", "encoder and gyro agree but oppose the torque: motor phases exchanged"),
         ("-", _) => (
             "encoder sign",
-            "the encoder moves against torque and gyro: it is mounted or configured the other way round",
+            "the encoder opposes torque and gyro: it is mounted or configured the other way round",
         ),
-        _ => (
-            "gyro sign",
-            "the gyro moves against torque and encoder: wrong sign or mounting of the inertial unit",
-        ),
+        _ => {
+            ("gyro sign", "the gyro opposes torque and encoder: wrong sign or mounting of the inertial unit")
+        }
     };
     Some(format!(
         "{what} of {name}: {why} (torque to encoder: expected +, found {torque_encoder}; encoder to gyro: expected +, \
@@ -436,7 +433,7 @@ fn scale(axis: &Axis, moved: (f64, f64), turned: f64, all: &mut Vec<String>) {
     let Some(found) = axis.scale.map(|scale| times(scale, turned)) else { return };
     if axis.is_off(found) {
         all.push(format!(
-            "torque scale of {name}: the axis accelerates as by {:.2} of the torque that the drive reports \
+            "torque scale of {name}: the axis accelerates as if {:.2} of the reported torque acted on it \
              (expected 1 within {TORQUE_RATIO}, U = {:.2}); wrong torque constant, scaling of the drive \
              (6075h, 6076h) or inertia",
             found.value.abs(),
@@ -459,8 +456,8 @@ fn small_motions(axis: &Axis) -> Option<String> {
     let is_proven = (gyros.value.abs() - 1.0).abs() + axis.scale_expanded_u(gyros) <= TORQUE_RATIO;
     (axis.is_off(encoder) && is_proven).then(|| {
         format!(
-            "encoder of {}: by its encoder the axis accelerates as by {:.2} of the torque that the drive \
-             reports, by the gyros as by {:.2} (expected 1 within {TORQUE_RATIO}, U = {:.2}); the encoder \
+            "encoder of {}: by its encoder the axis accelerates as if {:.2} of the reported torque acted on \
+             it, by the gyros as if {:.2} did (expected 1 within {TORQUE_RATIO}, U = {:.2}); the encoder \
              is wrong over small motions: play of its coupling, interpolation within its pitches, signal \
              levels or mounting of the head",
             axis.name,
