@@ -82,6 +82,7 @@ fn text(plan: &CampaignPlan, rig: &Rig, points: bool) -> String {
     lines.extend(stages::instruments(rig));
     lines.push("\nfiles".to_owned());
     lines.push(output::table(&files(plan, rig)));
-    lines.push(format!("\nmust be measured: {}", plan.must_measure.join(" ")));
+    let required = if plan.must_measure.is_empty() { "none".to_owned() } else { plan.must_measure.join(" ") };
+    lines.push(format!("\nmust be measured: {required}"));
     lines.join("\n")
 }

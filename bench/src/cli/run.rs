@@ -66,10 +66,10 @@ pub(super) struct Args {
     /// File with answers to prompts: a table `[answers]` with one key per prompt id
     #[arg(long, value_name = "F")]
     answers: Option<String>,
-    /// Answer every prompt with yes
+    /// Answer every prompt with yes; refused for safety prompts where a device is real
     #[arg(long)]
     yes: bool,
-    /// Ask nothing and draw no progress bar; a prompt without an answer refuses the run
+    /// Ask nothing and draw no progress bar; the run is refused if a prompt has no answer
     #[arg(long)]
     non_interactive: bool,
 }

@@ -44,7 +44,7 @@ pub(super) fn narrow(cases: Vec<Case>, subsets: &[Subset]) -> Result<Vec<Case>, 
         return Err(vec![if subsets.is_empty() {
             none
         } else {
-            none.help(format!("asked for {}", subsets.join(" and ")))
+            none.help(format!("selected by the campaign: {}", subsets.join(" and ")))
         }]);
     }
     Ok(left)

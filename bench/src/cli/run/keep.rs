@@ -21,7 +21,7 @@ pub(super) fn folder(wanted: Option<&Path>) -> Result<PathBuf, u8> {
     if let Some(folder) = wanted.filter(|folder| folder.to_str().is_none()) {
         let shown = folder.display();
         output::error(&format!(
-            "--out {shown}: the path is not UTF-8, as journal and locks need it; choose another"
+            "--out {shown}: the path is not UTF-8, which journal and locks require; choose another folder"
         ));
         return Err(exit::USAGE);
     }

@@ -306,7 +306,7 @@ fn exclude_strokes(ran: &Ran, finding: &mut Finding) {
         finding.excluded.push(Exclusion {
             count: ran.unsteady_count,
             of: "strokes".to_owned(),
-            reason: "no cogging period within 5 % of the velocity asked for".to_owned(),
+            reason: "no cogging period within 5 % of the requested velocity".to_owned(),
         });
     }
 }
