@@ -36,6 +36,7 @@ mod sources;
 mod stages;
 mod statics;
 mod table;
+mod terminal;
 mod track;
 mod tracks;
 mod units;

@@ -13,6 +13,7 @@ use procedures::procedure::{Prompt, PromptClass};
 use crate::plan::{Asked, CampaignPlan};
 use crate::site::unit::Unit;
 
+pub(crate) mod columns;
 pub(crate) mod console;
 mod desk;
 pub mod event;

@@ -1,13 +1,12 @@
 //! Results on stdout, everything else on stderr.
 
-use std::io::IsTerminal;
-
 use procedures::diagnostic::Diagnostic;
 use procedures::table::MOST_MISTAKES;
 
 use crate::exit;
 use crate::plan::PlanError;
 
+pub(super) use crate::people::columns::Columns;
 pub(super) use crate::people::console::{note, say, say_parts};
 
 /// How the program was called, for the record; what is not UTF-8 is replaced.
@@ -49,44 +48,6 @@ pub(super) fn plan_error(found: &PlanError, refusal: u8) -> u8 {
             exit::NOTHING_SELECTED
         }
     }
-}
-
-/// How wide text for a person may be; `None` where lines are not to be broken.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Columns(pub(super) Option<usize>);
-
-impl Columns {
-    /// Lines are broken on a terminal only.
-    pub(super) fn of_stdout() -> Self {
-        let terminal = std::io::stdout().is_terminal();
-        Self(terminal.then(|| usize::from(console::Term::stdout().size().1)))
-    }
-
-    /// Text that begins `width` columns from the left, broken between words where a line would not fit.
-    pub(super) fn hanging(self, width: usize, text: &str) -> String {
-        let room = self.0.map_or(usize::MAX, |columns| columns.saturating_sub(width + 1).max(LEAST_ROOM));
-        wrapped(text, room).join(&format!("\n{}", " ".repeat(width)))
-    }
-}
-
-/// Text that is broken more narrowly than this is not read.
-const LEAST_ROOM: usize = 24;
-
-fn wrapped(text: &str, room: usize) -> Vec<String> {
-    let mut lines = vec![String::new()];
-    for word in text.split(' ') {
-        let last = lines.last_mut().expect("there is always a line");
-        let wide = last.chars().count() + 1 + word.chars().count() > room;
-        match (last.is_empty(), wide) {
-            (true, _) => last.push_str(word),
-            (false, true) => lines.push(word.to_owned()),
-            (false, false) => {
-                last.push(' ');
-                last.push_str(word);
-            }
-        }
-    }
-    lines
 }
 
 /// Rows as aligned columns, the header first.

@@ -10,6 +10,7 @@ use serde::Serialize;
 use super::bar::{self, Extent};
 use super::{Listener, Part, RunEvent};
 use crate::clock::{self, Stopwatch};
+use crate::people::columns::Columns;
 use crate::people::underway::Underway;
 
 /// Where nothing else is said, a log hears so often how far the run is, s.
@@ -195,6 +196,7 @@ impl Listener for Progress {
             _ => {}
         }
         if let Some(line) = line(event) {
+            let line = Columns::of_stderr().lines(&line);
             self.bar.suspend(|| {
                 let _ = console::Term::stderr().write_line(&line);
             });
