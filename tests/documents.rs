@@ -93,7 +93,7 @@ fn explain_shows_each_key_as_a_shipped_file_uses_it() {
         let own = lines.take_while(|line| line.starts_with("      ")).collect::<Vec<_>>().join("\n");
         assert!(own.contains(example), "{key}: {own}");
     };
-    shown(&page("frequency-response"), "background.velocity", "velocity = \"0.");
+    shown(&page("frequency-response"), "background.velocity", "velocity = \"0");
     shown(&page("campaign-file"), "stage.needs", "needs = [\"");
     shown(&page("requirements-file"), "requirement.where", "where = { velocity = \"<= 10 deg/s\" }");
     shown(&page("kvh-1775"), "format", "format = ");

@@ -264,7 +264,7 @@ fn a_log_that_was_added_removed_swapped_cut_off_emptied_or_replaced_by_a_link_is
         (
             "another unit's",
             |run| from_other(run, LOG, LOG),
-            "AZ-FRICTION.mcap belongs to another run than the title page: unit differ",
+            "AZ-FRICTION.mcap belongs to another run than the title page (differing: unit)",
         ),
         (
             "an extra one",
@@ -272,7 +272,7 @@ fn a_log_that_was_added_removed_swapped_cut_off_emptied_or_replaced_by_a_link_is
             "AZ-FRICTION.2.mcap does not belong to any procedure",
         ),
         ("none", |run| std::fs::remove_file(run.join(LOG)).expect("removed"), "AZ-FRICTION.mcap is missing"),
-        ("two swapped", |run| swap(run, LOG, "AZ-LATER.mcap"), "AZ-LATER.mcap is not the file"),
+        ("two swapped", |run| swap(run, LOG, "AZ-LATER.mcap"), "AZ-LATER.mcap differs from the file"),
         ("cut off", |run| cut(run, LOG, 60), "AZ-FRICTION.mcap is not the file"),
         ("empty", |run| cut(run, LOG, 0), "AZ-FRICTION.mcap is not the file"),
         (

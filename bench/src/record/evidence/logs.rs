@@ -32,7 +32,7 @@ pub(super) fn agree(check: &mut Check<'_>, page: &Page) {
                 let what = differing.join(", ");
                 check
                     .altered
-                    .push(format!("{log} belongs to another run than the title page: {what} differ"));
+                    .push(format!("{log} belongs to another run than the title page (differing: {what})"));
             }
         }
     }
@@ -60,7 +60,7 @@ fn agree_session(check: &mut Check<'_>, page: &Page, stem: &str, name: &str) {
     let differing: Vec<&str> = same.into_iter().filter(|(_, same)| !same).map(|(what, _)| what).collect();
     if !differing.is_empty() {
         let what = differing.join(", ");
-        check.altered.push(format!("{name} belongs to another run than the title page: {what} differ"));
+        check.altered.push(format!("{name} belongs to another run than the title page (differing: {what})"));
     }
 }
 
