@@ -273,8 +273,8 @@ fn a_log_that_was_added_removed_swapped_cut_off_emptied_or_replaced_by_a_link_is
         ),
         ("none", |run| std::fs::remove_file(run.join(LOG)).expect("removed"), "AZ-FRICTION.mcap is missing"),
         ("two swapped", |run| swap(run, LOG, "AZ-LATER.mcap"), "AZ-LATER.mcap differs from the file"),
-        ("cut off", |run| cut(run, LOG, 60), "AZ-FRICTION.mcap is not the file"),
-        ("empty", |run| cut(run, LOG, 0), "AZ-FRICTION.mcap is not the file"),
+        ("cut off", |run| cut(run, LOG, 60), "AZ-FRICTION.mcap differs from the file"),
+        ("empty", |run| cut(run, LOG, 0), "AZ-FRICTION.mcap differs from the file"),
         (
             "a link",
             |run| {

@@ -177,11 +177,9 @@ fn open_drives(
     let mut axes = rig.axes.clone();
     for axis in &mut axes {
         if !found.contains(&axis.drive.station) {
+            let (station, bus) = (axis.drive.station, bus.name());
             let reason = format!(
-                "no station {} on {}, found stations {found:?}; check power and wiring of the drives, and \
-                 `station` in the rig file",
-                axis.drive.station,
-                bus.name()
+                "no station {station} on {bus}, found stations {found:?}; check power and wiring, and `station` in the rig file"
             );
             return Err(DeviceError::Bus { device: axis.name.clone(), reason });
         }

@@ -1,14 +1,15 @@
 //! Units drawn from declared distributions: findings beside what was drawn.
 //!
-//! `cargo run --release -p validation -- blind [--units N] [--first K] [--campaign NAME] [--program PATH] [PROCEDURE…]`: as many
-//! units at a time as there are processors. Shards are ranges of numbers: `--save FILE` keeps what they found, `--load FILE` (any
-//! number of times) reports what shards kept, without a run. Ends with 1 where a measurand is wrong, less than 92 % of all
-//! findings lie within U, a verdict is false by more than its uncertainty, or more are false than their printed probabilities
-//! explain. `--print K` prints the file of a unit, for a run by hand. `--keep FOLDER` keeps the runs, one folder a unit; with
-//! `--again` they are judged by the program as it is now, without a run: for a change of an estimator; with `--score` what they
-//! found is scored, and nothing else: for a change of a truth. With `--on-limits` the truths of the units are put on limits: of those
-//! findings as many may pass as the rules promise. With `--unit ID` all are that shipped unit, and only their seeds differ: for
-//! how often intervals hold the truth where nothing but noise changes.
+//! `cargo run --release -p validation -- blind [--units N] [--first K] [--campaign NAME] [--program PATH] [--verifying]
+//! [PROCEDURE…]`: as many units at a time as there are processors. Shards are ranges of numbers: `--save FILE` keeps what
+//! they found, `--load FILE` (any number of times) reports what shards kept, without a run. Ends with 1 where a measurand is
+//! wrong, less than 92 % of all findings lie within U, a verdict is false by more than its uncertainty, or more are false
+//! than their printed probabilities explain. `--print K` prints the file of a unit, for a run by hand. `--keep FOLDER` keeps
+//! the runs, one folder a unit; with `--again` they are judged by the program as it is now, without a run: for a change of an
+//! estimator; with `--score` what they found is scored, and nothing else: for a change of a truth. With `--verifying` (and
+//! `--campaign fat`) only those procedures run that verify what `quick` covers in part. With `--on-limits` the truths of the
+//! units are put on limits: of those findings as many may pass as the rules promise. With `--unit ID` all are that shipped
+//! unit, and only their seeds differ: for how often intervals hold the truth where nothing but noise changes.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -19,70 +20,132 @@ use validation::blind::{
 };
 use validation::program::built;
 
+/// Procedures of `fat` that verify what `quick` covers in part only, and whose truths are known; with the gauges and the sensors
+/// that these rest on.
+const VERIFYING: [&str; 20] = [
+    "AZ-VELOCITY-LOOP",
+    "EL-VELOCITY-LOOP",
+    "AZ-MODES",
+    "EL-MODES",
+    "AZ-FRICTION",
+    "EL-FRICTION",
+    "AZ-CURRENT",
+    "EL-CURRENT",
+    "AZ-LATENCY",
+    "EL-LATENCY",
+    "IMU-CONSISTENCY",
+    "IMU-NOISE",
+    "AZ-TORQUE-CONSTANT",
+    "EL-TORQUE-CONSTANT",
+    "AZ-COARSE-LATENCY",
+    "EL-COARSE-LATENCY",
+    "FINE-LATENCY",
+    "OPTICAL-GAIN",
+    "AZ-COGGING",
+    "EL-COGGING",
+];
+
+/// What the command line asks for.
+struct Call {
+    asked: Asked,
+    units: u32,
+    first: u32,
+    /// The unit whose file is to be printed.
+    print: Option<u32>,
+    save: Option<PathBuf>,
+    /// Files of shards.
+    load: Vec<String>,
+    keep: Option<PathBuf>,
+    only: Option<String>,
+}
+
+impl Call {
+    fn read(mut words: impl Iterator<Item = String>) -> Result<Self, String> {
+        let asked = Asked {
+            program: PathBuf::new(),
+            campaign: "quick".to_owned(),
+            select: Vec::new(),
+            units: Units::Drawn,
+        };
+        let mut call = Self {
+            asked,
+            units: 60,
+            first: 1,
+            print: None,
+            save: None,
+            load: Vec::new(),
+            keep: None,
+            only: None,
+        };
+        while let Some(word) = words.next() {
+            let mut next = || words.next().ok_or(format!("a value is missing behind {word}"));
+            let number = |text: String| text.parse().map_err(|_| format!("{word} {text}: expected a number"));
+            match word.as_str() {
+                "--units" => call.units = number(next()?)?,
+                "--first" => call.first = number(next()?)?,
+                "--print" => call.print = Some(number(next()?)?),
+                "--on-limits" => call.asked.units = Units::OnLimits,
+                "--unit" => call.asked.units = Units::Shipped(next()?),
+                "--keep" => call.keep = Some(next()?.into()),
+                "--again" | "--score" => call.only = Some(word),
+                "--save" => call.save = Some(next()?.into()),
+                "--load" => call.load.push(next()?),
+                "--campaign" => call.asked.campaign = next()?,
+                "--verifying" => call.asked.select = VERIFYING.map(str::to_owned).into(),
+                "--program" => {
+                    // Each run has a working folder of its own.
+                    let path = next()?;
+                    call.asked.program =
+                        std::path::absolute(&path).map_err(|error| format!("--program {path}: {error}"))?;
+                }
+                other if other.starts_with('-') => return Err(format!("there is no option {other}")),
+                _ => call.asked.select.push(word),
+            }
+        }
+        Ok(call)
+    }
+}
+
 pub(crate) fn study() -> ExitCode {
-    let mut asked = Asked {
-        program: PathBuf::new(),
-        campaign: "quick".to_owned(),
-        select: Vec::new(),
-        units: Units::Drawn,
-    };
-    let mut units = 60_u32;
-    let mut first = 1_u32;
-    let mut save: Option<PathBuf> = None;
-    let mut kept: Vec<Unit> = Vec::new();
-    let mut keep: Option<PathBuf> = None;
-    let mut only = None;
-    let mut words = crate::arguments();
-    while let Some(word) = words.next() {
-        let mut number = || words.next().and_then(|text| text.parse().ok()).expect("a number");
-        match word.as_str() {
-            "--units" => units = number(),
-            "--first" => first = number(),
-            "--print" => {
-                let number = number();
-                print!("{}", draw::unit(&format!("unit-{number}"), number));
-                return ExitCode::SUCCESS;
-            }
-            "--on-limits" => asked.units = Units::OnLimits,
-            "--unit" => asked.units = Units::Shipped(words.next().expect("the id of a shipped unit")),
-            "--keep" => keep = words.next().map(PathBuf::from),
-            "--again" | "--score" => only = Some(word),
-            "--save" => save = words.next().map(PathBuf::from),
-            "--load" => kept.extend(load(&words.next().expect("a file of a shard"))),
-            "--campaign" => asked.campaign = words.next().unwrap_or(asked.campaign),
-            "--program" => {
-                let path = words.next().expect("a path");
-                // Each run has a working folder of its own.
-                asked.program = std::path::absolute(path).expect("the path is not empty");
-            }
-            _ => asked.select.push(word),
-        }
-    }
-    if !kept.is_empty() {
-        return report(&kept);
-    }
-    if asked.units == Units::OnLimits && asked.select.is_empty() {
-        asked.select = on_limits::PROCEDURES.map(str::to_owned).into();
-    }
-    if asked.program.as_os_str().is_empty() {
-        asked.program = built();
-    }
-    let numbers: Vec<u32> = (first..first + units).collect();
-    let one = |number: &u32| {
-        let folder = keep.as_ref().map(|keep| keep.join(format!("unit-{number}")));
-        match (folder, only.as_deref()) {
-            (None, _) => measured(&asked, *number),
-            (Some(folder), None) => measured_in(&asked, *number, &folder),
-            (Some(folder), Some("--score")) => scored_again(*number, &folder),
-            (Some(folder), Some(_)) => judged_again(&asked.program, *number, &folder),
+    let mut call = match Call::read(crate::arguments()) {
+        Ok(call) => call,
+        Err(mistake) => {
+            eprintln!(
+                "error: {mistake}; the head of tests/validation/src/studies/blind.rs lists all options"
+            );
+            return ExitCode::from(2);
         }
     };
-    let all: Vec<Unit> = numbers.par_iter().map(one).collect();
-    if let Some(path) = save {
+    if let Some(number) = call.print {
+        print!("{}", draw::unit(&format!("unit-{number}"), number));
+        return ExitCode::SUCCESS;
+    }
+    if !call.load.is_empty() {
+        return report(&call.load.iter().flat_map(|path| load(path)).collect::<Vec<_>>());
+    }
+    if call.asked.units == Units::OnLimits && call.asked.select.is_empty() {
+        call.asked.select = on_limits::PROCEDURES.map(str::to_owned).into();
+    }
+    if call.asked.program.as_os_str().is_empty() {
+        call.asked.program = built();
+    }
+    let numbers: Vec<u32> = (call.first..call.first + call.units).collect();
+    let all: Vec<Unit> = numbers.par_iter().map(|number| one(&call, *number)).collect();
+    if let Some(path) = call.save {
         let text = serde_json::to_string(&all).expect("plain numbers");
         std::fs::write(&path, text).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     }
-    if asked.units == Units::OnLimits { report_on_limits(&all) } else { report(&all) }
+    if call.asked.units == Units::OnLimits { report_on_limits(&all) } else { report(&all) }
+}
+
+fn one(call: &Call, number: u32) -> Unit {
+    let folder = call.keep.as_ref().map(|keep| keep.join(format!("unit-{number}")));
+    match (folder, call.only.as_deref()) {
+        (None, _) => measured(&call.asked, number),
+        (Some(folder), None) => measured_in(&call.asked, number, &folder),
+        (Some(folder), Some("--score")) => scored_again(number, &folder),
+        (Some(folder), Some(_)) => judged_again(&call.asked.program, number, &folder),
+    }
 }
 
 /// Level of the test of passes over all limits.
