@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use analysis::delay::{Band, Onset, OnsetShape, Step, cross_correlation, step_onset};
 use analysis::estimate::Estimate;
-use analysis::uncertainty::mean_of_repeats;
+use analysis::uncertainty::{Component, combine, mean_of_repeats};
 
 use super::conclude::{evidence, measurement, us};
 use super::fit::Columns;
@@ -212,9 +212,13 @@ pub(super) fn analyse_steps(
         .into());
     }
     let found = onsets(&steps)?;
-    let jitter = found.jitter().ok_or(ResponseReason::SingleStep)?;
     let n = steps.len();
     let grid_s = GRID_RATIO / limits.loop_rate_hz / 3.0_f64.sqrt();
+    let jitter = found.jitter().ok_or(ResponseReason::SingleStep)?;
+    // What the shape of single rises is off by may differ from step to step.
+    let bound = Component { u: grid_s, dof: f64::INFINITY };
+    let spread = combine(&[Component { u: jitter.u, dof: jitter.dof }, bound]);
+    let jitter = Estimate { u: spread.u, dof: spread.dof, ..jitter };
     let onset = Estimate { value: found.delay_s, u: found.u_s.hypot(grid_s), dof: f64::INFINITY, n };
     let flags = vec![format!(
         "time constant {:.1} us fitted; commands and samples lie on ticks of {:.0} us",

@@ -12,8 +12,9 @@ use crate::prediction::{ANALYSED_HZ, LOOP_RATE_HZ, TRACK_HZ, TRACK_PERIOD_S, VEL
 use crate::shipped;
 
 const DEG: f64 = PI / 180.0;
-/// Elevation strokes about its mean so far either way: the response is a mean over them.
-const HALF_WIDTH_RAD: f64 = 2.2 * DEG;
+/// Elevation strokes about its mean so far either way while it is evaluated: a window of 1 s at 0.05 rad/s, the response is a mean
+/// over it. The stroke goes on to 2.5 deg; there the axis turns round and settles.
+const HALF_WIDTH_RAD: f64 = 1.43 * DEG;
 /// Rates at which azimuth and elevation slide meanwhile, in both campaigns.
 const SLIDING_RAD_PER_S: [f64; 2] = [0.30, 0.05];
 /// Poses of that mean on each side.
