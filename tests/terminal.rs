@@ -3,6 +3,8 @@
 use std::io::{Read, Write};
 use std::path::Path;
 use std::process::{Command, Stdio};
+use std::sync::mpsc::RecvTimeoutError;
+use std::time::Duration;
 
 use nix::pty::{Winsize, openpty};
 use rayon::prelude::*;
@@ -11,6 +13,12 @@ use crate::bench::{folder, run_in};
 
 /// More lines than a run of `smoke` says.
 const ROWS: u16 = 60;
+
+/// A terminal on which nothing appears for so long waits for an answer.
+const PAUSE: Duration = Duration::from_secs(2);
+
+/// Pauses after which an answer is typed again: on a machine that is very busy the first one may have come too early.
+const PATIENCE: u32 = 5;
 
 /// What a terminal showed of a call.
 struct Shown {
@@ -46,23 +54,46 @@ fn on_terminal(
     drop(command);
     drop(pty.slave);
     let mut terminal = std::fs::File::from(pty.master);
+    let mut reader = terminal.try_clone().expect("another handle");
+    let (sender, chunks) = std::sync::mpsc::channel();
+    std::thread::spawn(move || {
+        let mut chunk = [0; 4096];
+        while let Ok(count @ 1..) = reader.read(&mut chunk) {
+            if sender.send(chunk[..count].to_vec()).is_err() {
+                return;
+            }
+        }
+    });
     let size =
         [ROWS, columns].map(|count| std::num::NonZero::new(count).expect("a terminal has lines and columns"));
     let mut parser = vt100::Parser::new(size[0], size[1], 0);
     let mut shown = Shown { code: None, bytes: Vec::new(), screens: Vec::new() };
     let mut answers = typed.iter();
     let mut next = answers.next();
-    let mut chunk = [0; 4096];
-    while let Ok(count @ 1..) = terminal.read(&mut chunk) {
-        shown.bytes.extend_from_slice(&chunk[..count]);
-        parser.process(&chunk[..count]);
-        let lines = parser.screen().rows(0, columns).map(|row| row.trim_end().to_owned());
-        shown.screens.push(lines.collect::<Vec<_>>().join("\n").trim_end().to_owned());
-        if let Some((asked, answer)) = next
-            && shown.last().contains(asked)
-        {
-            writeln!(terminal, "{answer}").expect("a terminal");
-            next = answers.next();
+    let mut last = None;
+    let mut silent = 0;
+    loop {
+        match chunks.recv_timeout(PAUSE) {
+            Ok(chunk) => {
+                silent = 0;
+                shown.bytes.extend_from_slice(&chunk);
+                parser.process(&chunk);
+                let lines = parser.screen().rows(0, columns).map(|row| row.trim_end().to_owned());
+                shown.screens.push(lines.collect::<Vec<_>>().join("\n").trim_end().to_owned());
+            }
+            // What is typed before the program listens is thrown away: a person reads the question first.
+            Err(RecvTimeoutError::Timeout) => {
+                silent += 1;
+                let due = next.filter(|(asked, _)| shown.last().contains(asked));
+                if let Some((_, answer)) = due {
+                    last = Some(answer);
+                    next = answers.next();
+                }
+                if let Some(answer) = last.filter(|_| due.is_some() || silent % PATIENCE == 0) {
+                    writeln!(terminal, "{answer}").expect("a terminal");
+                }
+            }
+            Err(RecvTimeoutError::Disconnected) => break,
         }
     }
     shown.code = child.wait().expect("it ends").code();
