@@ -188,15 +188,7 @@ impl<'a> TableReader<'a> {
             Shape::Quantities(kind) => given.quantities(&asked, *kind),
             _ => misuse(key, "quantities"),
         };
-        match read {
-            Ok(values) => Some(values),
-            Err(all) => {
-                for wrong in all {
-                    self.wrong(wrong);
-                }
-                None
-            }
-        }
+        self.keep_all(read)
     }
 
     /// Non-empty list of quantities of any of the kinds that the field says: kind and SI value, in the order written.
@@ -206,6 +198,11 @@ impl<'a> TableReader<'a> {
             Shape::QuantitiesOf(kinds) => given.quantities_of(&asked, kinds),
             _ => misuse(key, "quantities"),
         };
+        self.keep_all(read)
+    }
+
+    /// A list as read; else all that is wrong in it becomes mistakes.
+    fn keep_all<T>(&mut self, read: Result<Vec<T>, Vec<Wrong>>) -> Option<Vec<T>> {
         match read {
             Ok(values) => Some(values),
             Err(all) => {

@@ -70,9 +70,9 @@ verifies must get a verdict.
 
 const STAGES: &str = "
 A campaign may have `[[stage]]` entries. Each of its procedures then belongs to one stage. A stage begins when the
-stages that it `needs` are over. With `needs-complete` all procedures of those stages must have completed; with
-`needs-pass` the named requirements must have passed. Otherwise the stage is skipped with the reason, and the run
-continues with the stages that do not need it.
+stages that it `needs` are over and all of their procedures have completed. With `needs-pass` the named requirements
+must have passed. Otherwise the stage is skipped with the reason, and the run continues with the stages that do not
+need it.
 
 A stage may require a build state of the unit (`state`): azimuth as a torque table, azimuth on its supports, both axes
 with an equivalent payload, or `final`. A safety prompt asks the operator to confirm it. What is measured in an
