@@ -7,10 +7,12 @@ use crate::device::DeviceError;
 
 mod analog;
 mod datagram;
+mod ethernet;
 mod line;
 
 pub use analog::AnalogPort;
 pub use datagram::DatagramPort;
+pub use ethernet::{EthernetLink, MAX_FRAME_BYTES};
 pub use line::ByteLine;
 
 /// Operating state of a bus (EtherCAT names).
