@@ -7,6 +7,7 @@ use crate::device::DeviceError;
 
 mod analog;
 mod datagram;
+pub mod ethercat;
 mod ethernet;
 mod line;
 
