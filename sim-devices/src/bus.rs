@@ -18,6 +18,7 @@ mod befall;
 mod dc_link;
 mod frames;
 mod station;
+mod wired;
 
 pub(crate) use dc_link::DcLink;
 use frames::LostFrames;
@@ -49,6 +50,16 @@ pub(crate) trait Plant {
 
     /// The inertial unit; `None` where there is none.
     fn imu(&mut self) -> Option<&mut Kvh> {
+        None
+    }
+
+    /// An analog output of the bench takes a voltage; false where there is no such output.
+    fn write_v(&mut self, _now: Duration, _output: usize, _volts: f64) -> bool {
+        false
+    }
+
+    /// Voltage at an analog input of the bench; `None` where there is no such input.
+    fn read_v(&mut self, _now: Duration, _input: usize) -> Option<f64> {
         None
     }
 }

@@ -29,7 +29,8 @@ use commissioning::{Limits, commissioned, limits, steps};
 use deferred::Deferred;
 use dictionary::{Dictionary, abort, at};
 use drivers::wire::BusState;
-use mapping::{Layout, Mapping};
+use mapping::Layout;
+pub(crate) use mapping::Mapping;
 use motion::{Ramp, Span, Speedometer, VelocityLoop};
 pub use power::State;
 
@@ -336,6 +337,25 @@ impl Drive {
         self.limits = limits(&self.dictionary, &self.settings, &self.encoder, self.step_s);
         self.schedule();
         Ok(false)
+    }
+
+    /// Error code (603Fh) and error register (1001h).
+    pub(crate) fn error(&self) -> [u16; 2] {
+        let code = self.dictionary.get(at::ERROR_CODE) as u16;
+        [code, sample::error_register(code) as u16]
+    }
+
+    /// Indices of all objects in ascending order.
+    pub(crate) fn indices(&self) -> Vec<u16> {
+        let lists = self.outputs.indices().chain(self.inputs.indices());
+        let mut indices: Vec<u16> = Dictionary::indices().chain(lists).collect();
+        indices.sort_unstable();
+        indices
+    }
+
+    /// Process data as they are mapped now: outputs, inputs.
+    pub(crate) fn mappings(&self) -> [&Mapping; 2] {
+        [&self.outputs, &self.inputs]
     }
 
     fn mapping_of(&self, index: u16) -> Option<&Mapping> {

@@ -1,5 +1,7 @@
 //! The director as the plant of its bus: both axes and their structure, payload, supply and instruments.
 
+mod card;
+
 use std::time::Duration;
 
 use crate::analog_card::AnalogChannels;
@@ -166,5 +168,13 @@ impl Plant for Director {
 
     fn imu(&mut self) -> Option<&mut Kvh> {
         Some(&mut self.payload.imu)
+    }
+
+    fn write_v(&mut self, now: Duration, output: usize, volts: f64) -> bool {
+        self.take_v(now, output, volts)
+    }
+
+    fn read_v(&mut self, now: Duration, input: usize) -> Option<f64> {
+        self.give_v(now, input)
     }
 }

@@ -8,6 +8,7 @@ pub mod atmosphere;
 mod bus;
 pub mod cia402;
 mod director;
+pub mod ethercat;
 pub mod faults;
 pub mod force_gauge;
 pub mod kvh;

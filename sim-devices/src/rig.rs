@@ -8,6 +8,7 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use crate::director::DirectorBus;
+use crate::ethercat::{ClockError, EtherCatLine, Line, LineSettings};
 use crate::scene::SceneTruth;
 use crate::unit::UnitSettings;
 use drivers::wire::{AnalogPort, ByteLine, DatagramPort, Fieldbus};
@@ -42,6 +43,13 @@ impl SimulatedRig {
     /// A handle to the one bus that carries both drives: station 1 azimuth, station 2 elevation.
     pub fn bus(&self) -> Box<dyn Fieldbus> {
         Box::new(BusHandle::new(Rc::clone(&self.bus)))
+    }
+
+    /// EtherCAT SubDevices in front of the drives, and an analog terminal behind them: station 1 azimuth, station 2 elevation,
+    /// station 3 the terminal. Whoever takes frames from a wire hands them to this line. The clock of the second drive is
+    /// 20 ppm fast, so that a MainDevice has something to correct.
+    pub fn ethercat_line(&self) -> Box<dyn EtherCatLine> {
+        Box::new(Line::new(Rc::clone(&self.bus), &LineSettings { clocks: clocks(), has_terminal: true }))
     }
 
     /// The line of the inertial unit.
@@ -114,6 +122,12 @@ impl SimulatedRig {
     pub fn record(&self) -> WorldRecord {
         self.bus.borrow().plant.record()
     }
+}
+
+/// Clocks of the drives as a crystal oscillator makes them.
+fn clocks() -> Vec<ClockError> {
+    let second = ClockError { rate_ppm: 20.0, phase_ns: 123_456_789 };
+    vec![ClockError::default(), second]
 }
 
 #[cfg(test)]

@@ -75,7 +75,7 @@ impl Station {
 
     /// Angle that the encoder measures when its axis has come to this one.
     #[inline]
-    fn seen_rad(&mut self, shaft_rad: f64) -> f64 {
+    pub(super) fn seen_rad(&mut self, shaft_rad: f64) -> f64 {
         self.encoder_view.seen_rad(self.coupling.follow(shaft_rad))
     }
 

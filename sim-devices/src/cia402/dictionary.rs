@@ -254,6 +254,12 @@ impl Dictionary {
         self.values[slot] = value.clamp(smallest, largest);
     }
 
+    /// Indices of all objects, in no order, lists once.
+    pub(crate) fn indices() -> impl Iterator<Item = u16> {
+        let numbers = OBJECTS.iter().filter(|object| object.sub == 0).map(|object| object.index);
+        numbers.chain(TEXTS.iter().map(|(index, _)| *index))
+    }
+
     /// Answers an SDO upload.
     pub(crate) fn upload(&self, index: u16, sub: u8) -> Result<Vec<u8>, u32> {
         if let (Some(text), 0) = (text(index), sub) {

@@ -81,6 +81,20 @@ impl Mapping {
         (k < PDOS).then_some(k)
     }
 
+    /// All indices that belong here.
+    pub(crate) fn indices(&self) -> impl Iterator<Item = u16> {
+        (self.first_pdo..self.first_pdo + PDOS as u16).chain([self.assignment])
+    }
+
+    /// Objects of the PDOs that are assigned: index of the PDO, its mapping words.
+    pub(crate) fn assigned(&self) -> impl Iterator<Item = (u16, &[u32])> {
+        self.assigned.entries[..self.assigned.count].iter().filter_map(|&pdo| {
+            let index = u16::try_from(pdo).ok()?;
+            let pdo = &self.pdos[self.pdo(index)?];
+            Some((index, &pdo.entries[..pdo.count]))
+        })
+    }
+
     /// Answers an SDO upload of an index that belongs here.
     pub(crate) fn upload(&self, index: u16, sub: u8) -> Result<Vec<u8>, u32> {
         match self.pdo(index) {

@@ -112,7 +112,7 @@ impl Drive {
 }
 
 /// Error register 1001h: generic, and the class of the error code.
-fn error_register(code: u16) -> i64 {
+pub(super) fn error_register(code: u16) -> i64 {
     match code >> 12 {
         0 => 0,
         2 => 1 | 1 << 1,

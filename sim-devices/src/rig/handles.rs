@@ -8,12 +8,9 @@ use drivers::device::DeviceError;
 use drivers::wire::{AnalogPort, BusState, ByteLine, DatagramPort, Exchange, Fieldbus, ProcessImage};
 use drivers::wire::{SdoAbort, SdoRequest, SdoWire, Slot};
 
-use crate::analog_card::{
-    CLAMP_INPUTS, ECHO_INPUT, ECHO_OUTPUT, FORCE_INPUT, POLYGON_INPUTS, REFERENCE_INPUTS, SYNC_OUTPUT,
-};
+use crate::analog_card::{ECHO_OUTPUT, FORCE_INPUT};
 use crate::bus::{self, Plant, VirtualBus};
 use crate::director::DirectorBus;
-use crate::payload::MIRROR_AXES;
 
 type Shared = Rc<RefCell<DirectorBus>>;
 
@@ -140,11 +137,8 @@ impl AnalogPort for AnalogCard {
     fn write_v(&mut self, now: Duration, channel: usize, volts: f64) -> Result<(), DeviceError> {
         let mut rig = self.0.borrow_mut();
         rig.advance_to(now);
-        match channel {
-            0..MIRROR_AXES => rig.plant.payload.mirror.command_analog_v(channel, volts),
-            SYNC_OUTPUT => rig.plant.instruments.scope.sync(now, volts),
-            ECHO_OUTPUT => rig.plant.instruments.channels.write_echo(now, volts),
-            _ => return Err(no_channel("output", channel, ECHO_OUTPUT)),
+        if !rig.plant.write_v(now, channel, volts) {
+            return Err(no_channel("output", channel, ECHO_OUTPUT));
         }
         Ok(())
     }
@@ -152,31 +146,7 @@ impl AnalogPort for AnalogCard {
     fn read_v(&mut self, now: Duration, channel: usize) -> Result<f64, DeviceError> {
         let mut rig = self.0.borrow_mut();
         rig.advance_to(now);
-        let ([az, el], [supply, shunt]) = (REFERENCE_INPUTS, CLAMP_INPUTS);
-        match channel {
-            0..MIRROR_AXES => Ok(rig.plant.payload.mirror.gauge_v()[channel]),
-            ECHO_INPUT => Ok(rig.plant.instruments.channels.echo_v(now)),
-            FORCE_INPUT => {
-                let pulled_nm = rig.plant.pulled_nm();
-                Ok(rig.plant.instruments.channels.force_v(now, pulled_nm))
-            }
-            _ if channel == az || channel == el => {
-                let axis = channel - az;
-                let tilt_rad = rig.plant.payload.mirror.angle_rad()[axis];
-                Ok(rig.plant.instruments.channels.reference_v(axis, now, tilt_rad))
-            }
-            _ if POLYGON_INPUTS.contains(&channel) => {
-                let axis = channel - POLYGON_INPUTS[0];
-                let angle_rad = rig.plant.truth_of_axes().angle_rad[axis];
-                Ok(rig.plant.instruments.channels.polygon_v(axis, now, angle_rad))
-            }
-            _ if channel == supply || channel == shunt => {
-                let clamp = channel - supply;
-                let currents_a = rig.plant.dc_link_a();
-                Ok(rig.plant.instruments.channels.clamp_v(clamp, now, currents_a[clamp]))
-            }
-            _ => Err(no_channel("input", channel, shunt)),
-        }
+        rig.plant.read_v(now, channel).ok_or_else(|| no_channel("input", channel, FORCE_INPUT))
     }
 }
 

@@ -1,0 +1,57 @@
+//! What stands behind a SubDevice controller: a drive, a terminal.
+
+use std::time::Duration;
+
+use drivers::wire::BusState;
+
+/// Bytes of process data each way.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct ProcessDataBytes {
+    /// From MainDevice to SubDevice.
+    pub(crate) outputs: usize,
+    /// From SubDevice to MainDevice.
+    pub(crate) inputs: usize,
+}
+
+/// The application of a SubDevice. Errors of its objects are SDO abort codes (CiA 301).
+pub(crate) trait Application {
+    /// Reads an object.
+    fn upload(&mut self, index: u16, sub: u8) -> Result<Vec<u8>, u32>;
+
+    /// Writes an object.
+    fn download(&mut self, index: u16, sub: u8, data: &[u8]) -> Result<(), u32>;
+
+    /// Indices of all objects, in ascending order.
+    fn indices(&self) -> Vec<u16>;
+
+    /// Fixes the process data as they are mapped.
+    fn map(&mut self) -> Result<ProcessDataBytes, u32>;
+
+    /// The state that it believes to be in. It may leave OP by itself.
+    fn state(&self) -> BusState;
+
+    /// Its end of the bus enters a state.
+    fn enter(&mut self, state: BusState);
+
+    /// Samples its inputs at an instant of the world.
+    fn sample(&mut self, now: Duration, inputs: &mut [u8]);
+
+    /// Takes outputs.
+    fn take(&mut self, now: Duration, outputs: &[u8]);
+
+    /// An emergency message that it has to send, if any: error code, error register.
+    fn emergency(&mut self) -> Option<Emergency> {
+        None
+    }
+}
+
+/// An emergency message (ETG.1000.6, 5.6.4).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Emergency {
+    /// Error code as in 603Fh.
+    pub code: u16,
+    /// Error register as in 1001h.
+    pub register: u8,
+    /// Bytes of the vendor.
+    pub vendor: [u8; 5],
+}
