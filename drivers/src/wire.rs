@@ -10,11 +10,15 @@ mod datagram;
 pub mod ethercat;
 mod ethernet;
 mod line;
+#[cfg(target_os = "linux")]
+mod packet_socket;
 
 pub use analog::AnalogPort;
 pub use datagram::DatagramPort;
 pub use ethernet::{EthernetLink, MAX_FRAME_BYTES};
 pub use line::ByteLine;
+#[cfg(target_os = "linux")]
+pub use packet_socket::PacketSocket;
 
 /// Operating state of a bus (EtherCAT names).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -72,7 +72,8 @@ impl EthernetLink for PacketSocket {
     }
 
     fn send(&mut self, frame: &[u8]) -> io::Result<()> {
-        let sent_bytes = retried(|| rustix::net::send(&self.socket, frame, SendFlags::DONTWAIT)).map_err(full)?;
+        let sent_bytes =
+            retried(|| rustix::net::send(&self.socket, frame, SendFlags::DONTWAIT)).map_err(full)?;
         if sent_bytes == frame.len() {
             return Ok(());
         }
@@ -115,7 +116,8 @@ impl EthernetLink for PacketSocket {
 
 /// The link-layer entry of an interface that is up and has a link.
 fn find<'a>(name: &str, interfaces: &'a [InterfaceAddress]) -> Result<&'a InterfaceAddress, DeviceError> {
-    let is_link = |found: &&InterfaceAddress| found.address.as_ref().is_some_and(|a| a.as_link_addr().is_some());
+    let is_link =
+        |found: &&InterfaceAddress| found.address.as_ref().is_some_and(|a| a.as_link_addr().is_some());
     let found = interfaces.iter().filter(is_link).find(|found| found.interface_name == name);
     let Some(found) = found else {
         let names: Vec<_> = interfaces.iter().filter(is_link).map(|i| i.interface_name.as_str()).collect();
@@ -130,7 +132,10 @@ fn find<'a>(name: &str, interfaces: &'a [InterfaceAddress]) -> Result<&'a Interf
         return Err(failure(name, reason));
     }
     if !found.flags.contains(InterfaceFlags::IFF_RUNNING) {
-        return Err(failure(name, "the interface has no link; check the cable and the first SubDevice's supply".to_owned()));
+        return Err(failure(
+            name,
+            "the interface has no link; check the cable and the first SubDevice's supply".to_owned(),
+        ));
     }
     Ok(found)
 }
@@ -176,7 +181,10 @@ mod tests {
     fn an_interface_that_does_not_exist_is_named_with_those_that_do() {
         let error = PacketSocket::open("no-such-interface", Box::new(|| Duration::ZERO));
         let text = error.err().map(|error| error.to_string()).unwrap_or_default();
-        assert!(text.starts_with("interface no-such-interface: no such Ethernet interface; there are: "), "{text}");
+        assert!(
+            text.starts_with("interface no-such-interface: no such Ethernet interface; there are: "),
+            "{text}"
+        );
         assert!(text.contains("lo"), "{text}");
     }
 

@@ -130,7 +130,8 @@ struct Station {
     written: Option<AlState>,
     /// The reason for its state is to be read.
     is_unexplained: bool,
-    looked_at: Duration,
+    /// When its status is to be read at the earliest.
+    look_at: Duration,
 }
 
 /// Supervision of all stations' states.
@@ -150,7 +151,7 @@ impl Supervisor {
             target: None,
             written: None,
             is_unexplained: false,
-            looked_at: Duration::ZERO,
+            look_at: Duration::ZERO,
         };
         Self { stations: names.into_iter().map(station).collect() }
     }
@@ -195,8 +196,8 @@ impl Supervisor {
 
     /// The datagram that is to be sent at `now`, if any.
     pub(super) fn next(&self, now: Duration) -> Option<AlPdu> {
-        let unexplained = self.stations.iter().position(|station| station.is_unexplained);
-        if let Some(station) = unexplained {
+        let is_due = |station: &Station| station.is_unexplained && now >= station.look_at;
+        if let Some(station) = self.stations.iter().position(is_due) {
             return Some(AlPdu::Read { station });
         }
         for (k, station) in self.stations.iter().enumerate() {
@@ -209,15 +210,14 @@ impl Supervisor {
                 return Some(AlPdu::Write { station: k, control: step as u8 });
             }
         }
-        let is_late =
-            |station: &Station| station.target.is_some() && now.saturating_sub(station.looked_at) >= LOOK_EVERY;
+        let is_late = |station: &Station| station.target.is_some() && now >= station.look_at;
         self.stations.iter().position(is_late).map(|station| AlPdu::Read { station })
     }
 
     /// Takes note that AL control was written, or was not.
     pub(super) fn written(&mut self, now: Duration, station: usize, control: u8, is_done: bool) {
         let Some(station) = self.stations.get_mut(station) else { return };
-        station.looked_at = now;
+        station.look_at = now + LOOK_EVERY;
         if !is_done {
             return;
         }
@@ -228,14 +228,22 @@ impl Supervisor {
         }
     }
 
+    /// Takes note that AL status could not be read.
+    pub(super) fn unread(&mut self, now: Duration, station: usize) {
+        if let Some(station) = self.stations.get_mut(station) {
+            station.look_at = now + LOOK_EVERY;
+        }
+    }
+
     /// Takes AL status and code of a station; a new error, if there is one.
     pub(super) fn read(&mut self, now: Duration, station: usize, status: [u8; 6]) -> Option<AlError> {
         let station = self.stations.get_mut(station)?;
-        station.looked_at = now;
+        station.look_at = now + LOOK_EVERY;
         station.state = AlState::of(status[0]);
         station.has_error = status[0] & ERROR != 0;
         let code = u16::from_le_bytes([status[4], status[5]]);
-        let is_new = station.has_error && (station.is_unexplained || station.target.is_some() || station.code != code);
+        let is_new =
+            station.has_error && (station.is_unexplained || station.target.is_some() || station.code != code);
         station.is_unexplained = false;
         station.code = code;
         if station.target == Some(station.state) || station.has_error {
@@ -292,12 +300,19 @@ mod tests {
         let later = NOW + LOOK_EVERY;
         assert_eq!(supervisor.next(later), Some(AlPdu::Read { station: 0 }));
         let error = supervisor.read(later, 0, [0x14, 0, 0, 0, 0x1D, 0]).expect("it refuses");
-        assert_eq!(error.to_string(), "station 1 is in SAFE-OP: AL status code 001Dh, invalid output configuration");
+        assert_eq!(
+            error.to_string(),
+            "station 1 is in SAFE-OP: AL status code 001Dh, invalid output configuration"
+        );
         assert_eq!(supervisor.next(later), Some(AlPdu::Read { station: 1 }));
         assert_eq!(supervisor.read(later, 1, [0x08, 0, 0, 0, 0, 0]), None);
         assert_eq!(supervisor.next(later + LOOK_EVERY), None, "no automatic retry");
         supervisor.request(AlState::Op);
-        assert_eq!(supervisor.next(later), Some(AlPdu::Write { station: 0, control: 0x14 }), "acknowledged first");
+        assert_eq!(
+            supervisor.next(later),
+            Some(AlPdu::Write { station: 0, control: 0x14 }),
+            "acknowledged first"
+        );
         supervisor.written(later, 0, 0x14, true);
         assert_eq!(supervisor.next(later), Some(AlPdu::Write { station: 0, control: 8 }));
     }

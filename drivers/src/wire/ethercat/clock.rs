@@ -40,3 +40,8 @@ pub(super) fn earliest_timer() -> Option<Duration> {
     let at_us = EARLIEST_US.get();
     (at_us != u64::MAX).then(|| Duration::from_micros(at_us))
 }
+
+/// Time since the start of the run in nanoseconds, as ethercrab wants it for distributed clocks.
+pub(super) fn now_ns() -> u64 {
+    NOW_US.get().saturating_mul(1000)
+}

@@ -114,7 +114,8 @@ struct Parts<'a> {
 
 impl<'a> Parts<'a> {
     fn of(request: &Request<'a>) -> Self {
-        let whole = |command, place, head| Self { command, place: Some(place), head, data: &[], data_at: DATA_AT };
+        let whole =
+            |command, place, head| Self { command, place: Some(place), head, data: &[], data_at: DATA_AT };
         match *request {
             Request::Upload(place) => whole(0x40, place, 0),
             Request::Abort { place, code } => whole(0x80, place, code),

@@ -53,7 +53,9 @@ pub(super) fn fits(reply: &[u8], sent: &[u8]) -> bool {
     let mut at = HEADERS_BYTES;
     loop {
         let same_command = reply.get(at..at + 2).is_some() && reply.get(at..at + 2) == sent.get(at..at + 2);
-        let (Some(length), Some(sent_length)) = (word(reply, at + 6), word(sent, at + 6)) else { return false };
+        let (Some(length), Some(sent_length)) = (word(reply, at + 6), word(sent, at + 6)) else {
+            return false;
+        };
         if !same_command || length != sent_length || length & CIRCULATED != 0 {
             return false;
         }

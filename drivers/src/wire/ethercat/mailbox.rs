@@ -75,11 +75,19 @@ enum Inbox {
     Unknown,
     Full,
     /// The reply that carried a message was lost: the station may think that the message was read.
-    Lost { since: Duration },
+    Lost {
+        since: Duration,
+    },
     /// The message is to be asked for again.
-    Ask { activation: u8, since: Duration },
+    Ask {
+        activation: u8,
+        since: Duration,
+    },
     /// The message was asked for again; the station confirms with this bit.
-    Asked { bit: u8, since: Duration },
+    Asked {
+        bit: u8,
+        since: Duration,
+    },
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -97,7 +105,9 @@ enum Turn {
     /// The request is to be written.
     Write,
     /// The answer is waited for; a request whose delivery is unknown is written again at some time.
-    Await { resend_at: Option<Duration> },
+    Await {
+        resend_at: Option<Duration>,
+    },
 }
 
 /// The mailboxes of a bus.
@@ -163,7 +173,13 @@ impl Mailboxes {
     }
 
     /// Begins a transfer; one that was under way is forgotten. Without a mailbox at `station`, it has timed out at once.
-    pub(super) fn start(&mut self, now: Duration, station: Option<usize>, place: Place, write: Option<&[u8]>) {
+    pub(super) fn start(
+        &mut self,
+        now: Duration,
+        station: Option<usize>,
+        place: Place,
+        write: Option<&[u8]>,
+    ) {
         self.outcome = None;
         self.turn = Turn::Idle;
         let Some((station, area)) = station.and_then(|station| Some((station, self.area(station)?))) else {
@@ -234,7 +250,8 @@ impl Mailboxes {
             }
             MailAction::RepeatStatus => self.repeat_status(pdu.station, reply),
             MailAction::Repeat { activation } => {
-                if let (Reply::Done(_), Inbox::Ask { since, .. }) = (reply, self.stations[pdu.station].inbox) {
+                if let (Reply::Done(_), Inbox::Ask { since, .. }) = (reply, self.stations[pdu.station].inbox)
+                {
                     self.stations[pdu.station].inbox = Inbox::Asked { bit: activation & REPEAT, since };
                 }
             }
@@ -364,7 +381,8 @@ impl Mailboxes {
         }
         self.looked_at = now;
         let count = self.stations.len();
-        let due = (0..count).map(|k| (self.next_look + k) % count).find(|&k| self.stations[k].area.is_some())?;
+        let due =
+            (0..count).map(|k| (self.next_look + k) % count).find(|&k| self.stations[k].area.is_some())?;
         self.next_look = due + 1;
         Some(due)
     }

@@ -117,6 +117,17 @@ impl Pump {
         }
     }
 
+    /// Lets time pass until `until`, where the link is not there yet: in process, time passes while somebody waits.
+    pub(super) fn reach(&mut self, until: Duration) -> io::Result<()> {
+        for _ in 0..IDLE_WAITS {
+            if self.link.now() >= until {
+                break;
+            }
+            self.receive_or_wait(until)?;
+        }
+        Ok(())
+    }
+
     /// Sends what is ready. A full queue is no failure: the frame is offered again until the deadline.
     fn send(&mut self) -> io::Result<()> {
         while let Some(sendable) = self.tx.next_sendable_frame() {

@@ -65,7 +65,10 @@ fn answers_are_read_from_their_bytes() {
     let abort = message(2, &[0x80, 0x40, 0x60, 0, 0, 0, 0x02, 0x06]);
     let refused = Answer::Abort { place: CONTROLWORD, code: 0x0602_0000 };
     assert_eq!(decode(&abort), Some(Message::Sdo(refused)));
-    assert_eq!(decode(&message(3, &[0x60, 0x40, 0x60, 0, 0, 0, 0, 0])), Some(Message::Sdo(Answer::Download(CONTROLWORD))));
+    assert_eq!(
+        decode(&message(3, &[0x60, 0x40, 0x60, 0, 0, 0, 0, 0])),
+        Some(Message::Sdo(Answer::Download(CONTROLWORD)))
+    );
 }
 
 #[test]

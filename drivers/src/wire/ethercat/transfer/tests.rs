@@ -22,9 +22,15 @@ fn a_long_object_is_read_in_segments_with_alternating_toggle() {
     let mut transfer = reading(NAME);
     assert_eq!(transfer.take(&Answer::Upload { place: NAME, size: 6, data: b"Tw" }), Next::Send);
     assert_eq!(transfer.request(), Request::UploadSegment { toggle: false });
-    assert_eq!(transfer.take(&Answer::UploadSegment { toggle: false, is_last: false, data: b"in" }), Next::Send);
+    assert_eq!(
+        transfer.take(&Answer::UploadSegment { toggle: false, is_last: false, data: b"in" }),
+        Next::Send
+    );
     assert_eq!(transfer.request(), Request::UploadSegment { toggle: true });
-    assert_eq!(transfer.take(&Answer::UploadSegment { toggle: true, is_last: true, data: b"ed" }), Next::Complete);
+    assert_eq!(
+        transfer.take(&Answer::UploadSegment { toggle: true, is_last: true, data: b"ed" }),
+        Next::Complete
+    );
     assert_eq!(transfer.data(), b"Twined");
 }
 
@@ -51,8 +57,14 @@ fn answers_to_an_older_transfer_are_passed_over() {
     assert_eq!(transfer.take(&Answer::Upload { place: other, size: 1, data: b"x" }), Next::Wait);
     assert_eq!(transfer.take(&Answer::Abort { place: other, code: 1 }), Next::Wait);
     assert_eq!(transfer.take(&Answer::Download(NAME)), Next::Wait);
-    assert_eq!(transfer.take(&Answer::UploadSegment { toggle: false, is_last: true, data: b"x" }), Next::Wait);
-    assert_eq!(transfer.take(&Answer::Abort { place: NAME, code: 0x0602_0000 }), Next::Aborted(SdoAbort(0x0602_0000)));
+    assert_eq!(
+        transfer.take(&Answer::UploadSegment { toggle: false, is_last: true, data: b"x" }),
+        Next::Wait
+    );
+    assert_eq!(
+        transfer.take(&Answer::Abort { place: NAME, code: 0x0602_0000 }),
+        Next::Aborted(SdoAbort(0x0602_0000))
+    );
 }
 
 /// A server that stores what is written to it and gives it back, over mailboxes of a given size.

@@ -1,0 +1,154 @@
+//! Analog terminals on an EtherCAT bus: signed 16-bit channels in a slot of the process image.
+
+use std::ops::Range;
+
+use super::super::{ProcessImage, Slot};
+use crate::device::DeviceError;
+
+/// A channel of an analog terminal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TerminalChannel {
+    /// First byte of its signed 16-bit value within the terminal's inputs, or outputs.
+    pub byte: usize,
+    /// Volts of one step, e.g. 10 V / 32767.
+    pub v_per_step: f64,
+}
+
+/// An analog terminal: where its channels lie in the process image and what their steps mean.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AnalogTerminal {
+    name: String,
+    slot: Slot,
+    inputs: Vec<TerminalChannel>,
+    outputs: Vec<TerminalChannel>,
+}
+
+impl AnalogTerminal {
+    /// A terminal whose bytes lie at `slot`.
+    ///
+    /// # Errors
+    /// When a channel does not lie within the slot, or its step is not a voltage.
+    pub fn new(
+        name: &str,
+        slot: Slot,
+        inputs: Vec<TerminalChannel>,
+        outputs: Vec<TerminalChannel>,
+    ) -> Result<Self, DeviceError> {
+        for (field, channels, range) in
+            [("inputs", &inputs, &slot.inputs), ("outputs", &outputs, &slot.outputs)]
+        {
+            for (k, channel) in channels.iter().enumerate() {
+                let fits = channel.byte.checked_add(2).is_some_and(|end| end <= range.len());
+                if !fits || !channel.v_per_step.is_finite() || channel.v_per_step == 0.0 {
+                    return Err(DeviceError::Field {
+                        device: name.to_owned(),
+                        field,
+                        expected: format!("channel {k} within {} bytes, with a step in volts", range.len()),
+                        found: format!("byte {}, {} V a step", channel.byte, channel.v_per_step),
+                        help: "correct the terminal's profile, or the mapping of its process data",
+                    });
+                }
+            }
+        }
+        Ok(Self { name: name.to_owned(), slot, inputs, outputs })
+    }
+
+    /// Voltage of input `channel` in the last exchange.
+    ///
+    /// # Errors
+    /// When there is no such channel, or the image is another bus's.
+    pub fn read_v(&self, image: &ProcessImage, channel: usize) -> Result<f64, DeviceError> {
+        let found =
+            self.inputs.get(channel).ok_or_else(|| self.missing("input", channel, self.inputs.len()))?;
+        let bytes = range(&self.slot.inputs, found.byte).and_then(|range| image.inputs.get(range));
+        let steps = bytes.and_then(|bytes| <[u8; 2]>::try_from(bytes).ok()).map(i16::from_le_bytes);
+        let steps = steps.ok_or_else(|| self.outside(image.inputs.len()))?;
+        Ok(f64::from(steps) * found.v_per_step)
+    }
+
+    /// Sets output `channel` for the next exchange, within what the channel can give; gives back the voltage that is sent.
+    /// Not a number is sent as 0 V.
+    ///
+    /// # Errors
+    /// When there is no such channel, or the image is another bus's.
+    pub fn write_v(&self, image: &mut ProcessImage, channel: usize, volts: f64) -> Result<f64, DeviceError> {
+        let found =
+            self.outputs.get(channel).ok_or_else(|| self.missing("output", channel, self.outputs.len()))?;
+        // The cast saturates, and takes not-a-number for 0.
+        let steps = (volts / found.v_per_step).round() as i16;
+        let length = image.outputs.len();
+        let bytes = range(&self.slot.outputs, found.byte).and_then(|range| image.outputs.get_mut(range));
+        bytes.ok_or_else(|| self.outside(length))?.copy_from_slice(&steps.to_le_bytes());
+        Ok(f64::from(steps) * found.v_per_step)
+    }
+
+    fn missing(&self, kind: &str, channel: usize, count: usize) -> DeviceError {
+        let reason =
+            format!("no {kind} {channel}: the terminal has {count}; correct the channel in the rig file");
+        DeviceError::Bus { device: self.name.clone(), reason }
+    }
+
+    fn outside(&self, image_bytes: usize) -> DeviceError {
+        let reason =
+            format!("its slot is outside of a process image of {image_bytes} bytes: map the bus again");
+        DeviceError::Bus { device: self.name.clone(), reason }
+    }
+}
+
+/// The two bytes at `byte` of a slot.
+fn range(slot: &Range<usize>, byte: usize) -> Option<Range<usize>> {
+    let start = slot.start.checked_add(byte)?;
+    Some(start..start.checked_add(2)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const STEP_V: f64 = 10.0 / 32767.0;
+
+    fn terminal() -> AnalogTerminal {
+        let channel = |byte| TerminalChannel { byte, v_per_step: STEP_V };
+        let slot = Slot { outputs: 4..6, inputs: 1..9 };
+        AnalogTerminal::new("E-stop terminal", slot, vec![channel(2), channel(6)], vec![channel(0)])
+            .expect("the channels lie within the slot")
+    }
+
+    #[test]
+    fn inputs_are_read_at_their_bytes_in_volts() {
+        let image = ProcessImage { outputs: vec![0; 6], inputs: vec![0, 9, 9, 0xFF, 0x7F, 9, 9, 0x01, 0x80] };
+        assert_eq!(terminal().read_v(&image, 0), Ok(10.0));
+        assert!((terminal().read_v(&image, 1).expect("there are two") + 10.0).abs() < 1e-9);
+        let text = terminal().read_v(&image, 2).expect_err("there are two").to_string();
+        assert_eq!(
+            text,
+            "E-stop terminal: no input 2: the terminal has 2; correct the channel in the rig file"
+        );
+    }
+
+    #[test]
+    fn outputs_saturate_and_say_what_is_sent() {
+        let mut image = ProcessImage { outputs: vec![7; 6], inputs: Vec::new() };
+        assert_eq!(terminal().write_v(&mut image, 0, 99.0), Ok(32767.0 * STEP_V));
+        assert_eq!(image.outputs, [7, 7, 7, 7, 0xFF, 0x7F]);
+        assert_eq!(terminal().write_v(&mut image, 0, f64::NAN), Ok(0.0));
+        assert!(terminal().read_v(&image, 0).is_err(), "the image has no inputs");
+    }
+
+    #[test]
+    fn a_channel_outside_of_its_slot_is_refused() {
+        let channel = TerminalChannel { byte: 7, v_per_step: STEP_V };
+        let slot = Slot { outputs: 0..0, inputs: 1..9 };
+        assert!(AnalogTerminal::new("terminal", slot, vec![channel], Vec::new()).is_err());
+    }
+
+    proptest! {
+        #[test]
+        fn no_image_makes_it_panic(inputs in prop::collection::vec(any::<u8>(), 0..16), outputs in prop::collection::vec(any::<u8>(), 0..16), channel in 0_usize..4, volts: f64) {
+            let mut image = ProcessImage { outputs, inputs };
+            let _ = terminal().read_v(&image, channel);
+            let _ = terminal().write_v(&mut image, channel, volts);
+        }
+    }
+}
