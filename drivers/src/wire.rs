@@ -18,7 +18,7 @@ pub use datagram::DatagramPort;
 pub use ethernet::{EthernetLink, MAX_FRAME_BYTES};
 pub use line::ByteLine;
 #[cfg(target_os = "linux")]
-pub use packet_socket::PacketSocket;
+pub use packet_socket::{PacketSocket, addresses};
 
 /// Operating state of a bus (EtherCAT names).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

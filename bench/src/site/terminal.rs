@@ -51,6 +51,7 @@ impl AnalogPort for TerminalCard {
     fn write_v(&mut self, _now: Duration, channel: usize, volts: f64) -> Result<(), DeviceError> {
         let mut image = self.image.borrow_mut();
         let at = channel * BYTES;
+        let length = image.outputs.len();
         match image.outputs.get_mut(at..at + BYTES) {
             Some(bytes) => {
                 let counts = (volts * COUNTS_PER_V).round_ties_even();
@@ -59,8 +60,8 @@ impl AnalogPort for TerminalCard {
                 Ok(())
             }
             // Before the bus is mapped nobody knows how many channels there are, and all outputs stay at 0 V.
-            None if image.outputs.is_empty() => Ok(()),
-            None => Err(self.no_channel("output", channel, image.outputs.len())),
+            None if length == 0 => Ok(()),
+            None => Err(self.no_channel("output", channel, length)),
         }
     }
 

@@ -25,6 +25,8 @@ pub struct PacketSocket {
     name: String,
     socket: OwnedFd,
     clock: Box<dyn Fn() -> Duration>,
+    /// Whether frames that no SubDevice has passed on are those of this program.
+    drops_own: bool,
     own_frames_count: u64,
 }
 
@@ -34,6 +36,18 @@ impl PacketSocket {
     /// # Errors
     /// When there is no such interface, it is down or without a link, or the program may not open packet sockets.
     pub fn open(name: &str, clock: Box<dyn Fn() -> Duration>) -> Result<Self, DeviceError> {
+        Self::bound(name, clock, true)
+    }
+
+    /// Opens the interface `name` for SubDevices in software: what arrives are frames that no SubDevice has passed on.
+    ///
+    /// # Errors
+    /// As [`PacketSocket::open`].
+    pub fn far_end(name: &str, clock: Box<dyn Fn() -> Duration>) -> Result<Self, DeviceError> {
+        Self::bound(name, clock, false)
+    }
+
+    fn bound(name: &str, clock: Box<dyn Fn() -> Duration>, drops_own: bool) -> Result<Self, DeviceError> {
         let failed = |what: &str, error: io::Error| failure(name, format!("{what}: {error}"));
         let interfaces: Vec<_> =
             getifaddrs().map_err(|error| failed("interfaces cannot be listed", error.into()))?.collect();
@@ -48,7 +62,7 @@ impl PacketSocket {
             .ok_or_else(|| failure(name, "the interface has no link-layer address".to_owned()))?;
         nix::sys::socket::bind(socket.as_raw_fd(), address)
             .map_err(|error| failed("the socket cannot be bound to the interface", error.into()))?;
-        let mut opened = Self { name: name.to_owned(), socket, clock, own_frames_count: 0 };
+        let mut opened = Self { name: name.to_owned(), socket, clock, drops_own, own_frames_count: 0 };
         opened.drain().map_err(|error| failed("the interface cannot be read", error))?;
         Ok(opened)
     }
@@ -88,7 +102,7 @@ impl EthernetLink for PacketSocket {
                 Err(error) if error == rustix::io::Errno::WOULDBLOCK => return Ok(None),
                 Err(error) => return Err(error.into()),
             };
-            if length >= 8 && into[6..8] == OWN_SOURCE {
+            if self.drops_own && length >= 8 && into[6..8] == OWN_SOURCE {
                 self.own_frames_count += 1;
                 continue;
             }
@@ -112,6 +126,21 @@ impl EthernetLink for PacketSocket {
             Err(error) => Err(error.into()),
         }
     }
+}
+
+/// Internet addresses of an interface, which one that carries EtherCAT must not have.
+///
+/// # Errors
+/// When the interfaces cannot be listed.
+pub fn addresses(name: &str) -> Result<Vec<String>, DeviceError> {
+    let interfaces = getifaddrs().map_err(|error| failure(name, format!("interfaces cannot be listed: {error}")))?;
+    let own = interfaces.filter(|found| found.interface_name == name);
+    let internet = own.filter_map(|found| {
+        let address = found.address?;
+        let v4 = address.as_sockaddr_in().map(|address| address.ip().to_string());
+        v4.or_else(|| address.as_sockaddr_in6().map(|address| address.ip().to_string()))
+    });
+    Ok(internet.collect())
 }
 
 /// The link-layer entry of an interface that is up and has a link.
