@@ -138,6 +138,8 @@ struct Station {
 #[derive(Debug)]
 pub(super) struct Supervisor {
     stations: Vec<Station>,
+    /// OP is asked for no earlier: before its SYNC0 comes, a station cannot use its outputs.
+    op_from: Duration,
 }
 
 impl Supervisor {
@@ -153,7 +155,12 @@ impl Supervisor {
             is_unexplained: false,
             look_at: Duration::ZERO,
         };
-        Self { stations: names.into_iter().map(station).collect() }
+        Self { stations: names.into_iter().map(station).collect(), op_from: Duration::ZERO }
+    }
+
+    /// Asks for OP no earlier than at `from`.
+    pub(super) fn hold_op_until(&mut self, from: Duration) {
+        self.op_from = from;
     }
 
     /// The lowest state of all stations.
@@ -206,7 +213,8 @@ impl Supervisor {
                 return Some(AlPdu::Write { station: k, control: station.state as u8 | ERROR });
             }
             let step = station.state.towards(target);
-            if station.written != Some(step) {
+            let is_held = step == AlState::Op && now < self.op_from;
+            if station.written != Some(step) && !is_held {
                 return Some(AlPdu::Write { station: k, control: step as u8 });
             }
         }
@@ -288,6 +296,16 @@ mod tests {
         let first = supervisor.next(NOW);
         supervisor.written(NOW, 0, 8, false);
         assert_eq!(supervisor.next(NOW), first);
+    }
+
+    #[test]
+    fn op_waits_for_the_first_sync0() {
+        let mut supervisor = two();
+        supervisor.hold_op_until(NOW);
+        supervisor.request(AlState::Op);
+        let write = Some(AlPdu::Write { station: 0, control: 8 });
+        assert_ne!(supervisor.next(NOW - Duration::from_millis(1)), write);
+        assert_eq!(supervisor.next(NOW), write);
     }
 
     #[test]

@@ -85,6 +85,7 @@ impl EtherCatBus {
         };
         let clocked = run(&mut self.pump, STEP_LIMIT, group.configure_dc_sync(&self.main, timing));
         let clocked = clocked.map_err(|why| self.failed("distributed clocks cannot be set", why))?;
+        self.supervisor.hold_op_until(self.pump.link.now() + timing.start_delay + timing.sync0_period);
         let done = run(&mut self.pump, STEP_LIMIT, clocked.into_safe_op(&self.main));
         done.map(|group| Group::Synchronised(Box::new(group))).map_err(|why| self.not_safe_op(why))
     }

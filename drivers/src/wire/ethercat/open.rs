@@ -18,6 +18,10 @@ use crate::device::DeviceError;
 const START_LIMIT: Duration = Duration::from_secs(60);
 /// Longest wait for the first reply.
 const COUNT_LIMIT: Duration = Duration::from_millis(200);
+/// Longest read out of a station's SII.
+const SII_LIMIT: Duration = Duration::from_secs(1);
+/// What ethercrab's name begins with where the SII has no order code; the device's own name is then the better one.
+const NO_ORDER_CODE: &str = "manu. ";
 /// Configured address of the first station.
 const FIRST_ADDRESS: u16 = 0x1000;
 /// Register of sync manager 0; each has 8 bytes.
@@ -167,12 +171,18 @@ impl EtherCatBus {
         let mut areas = Vec::new();
         for (position, found) in (1..).zip(group.iter(&self.main)) {
             let identity = found.identity();
+            let mut name = found.name().to_owned();
+            if name.starts_with(NO_ORDER_CODE)
+                && let Ok(Some(described)) = run(&mut self.pump, SII_LIMIT, found.description())
+            {
+                name = described.as_str().to_owned();
+            }
             stations.push(StationInfo {
                 station: StationInfo::number(found.alias_address(), position),
                 position,
                 configured_address: found.configured_address(),
                 alias: found.alias_address(),
-                name: found.name().to_owned(),
+                name,
                 vendor: identity.vendor_id,
                 product: identity.product_id,
                 revision: identity.revision,
