@@ -90,7 +90,7 @@ fn lost_late_repeated_and_damaged_replies_do_no_harm() {
 fn a_reply_of_an_older_tick_is_never_taken_for_a_newer_one() {
     let mut bench = Bench::new();
     bench.enter_op();
-    // Replies come 70 ticks late: the one-byte indices of datagrams have come round by then.
+    // The one-byte indices of datagrams come round after some 50 ticks.
     for ticks_late in 1..80 {
         let inputs = bench.image.inputs.clone();
         bench.link.inject(LineFault::Delay { frames: 2, by: TICK * ticks_late });
@@ -206,7 +206,7 @@ fn a_refused_state_is_explained() {
     let mut bench = Bench::new();
     bench.link.inject(LineFault::RefusesTransitions { device: 0, code: Some(0x0032) });
     bench.bus.request(BusState::Op);
-    for _ in 0..400 {
+    for _ in 0..800 {
         bench.exchange();
     }
     assert_eq!(bench.bus.state(), BusState::SafeOp);

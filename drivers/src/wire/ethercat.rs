@@ -208,12 +208,13 @@ impl Fieldbus for EtherCatBus {
         self.configure()
     }
 
-    /// Asks for a state. While exchanges go on, each of them carries one request, and nothing waits; otherwise the stations
-    /// are waited for, at most 0.5 s. Before [`Fieldbus::map`] there is no way up.
+    /// Asks for a state. While exchanges go on, each of them carries one request, and nothing waits. OP always needs
+    /// exchanges; for a lower state without exchanges the stations are waited for, at most 0.5 s. Before [`Fieldbus::map`]
+    /// there is no way up.
     fn request(&mut self, state: BusState) {
         let target = if self.mapped.is_some() { AlState::from(state) } else { AlState::PreOp };
         self.supervisor.request(target);
-        if !self.is_cyclic(self.pump.link.now()) {
+        if target < AlState::Op && !self.is_cyclic(self.pump.link.now()) {
             self.drive(CHANGE_LIMIT, |bus| !bus.supervisor.is_changing());
         }
     }

@@ -17,21 +17,21 @@ use sim_devices::ethercat::{InProcessLink, LineFault};
 use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
 use sim_devices::unit::UnitSettings;
 
-pub const TICK: Duration = Duration::from_micros(250);
+pub(crate) const TICK: Duration = Duration::from_micros(250);
 
 /// The wire, shared with the test.
 #[derive(Clone)]
-pub struct SharedLink(Rc<RefCell<InProcessLink>>);
+pub(crate) struct SharedLink(Rc<RefCell<InProcessLink>>);
 
 impl SharedLink {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let address = SeedAddress { seed: 3, procedure: "TEST".into(), point: "1".into() };
         let start = StartState { az_rad: -1.0, el_rad: 1.2, heat_sink_degc: 45.0 };
         let rig = SimulatedRig::new(&UnitSettings::default(), &address, start);
         Self(Rc::new(RefCell::new(InProcessLink::new(rig.ethercat_line()))))
     }
 
-    pub fn inject(&self, fault: LineFault) {
+    pub(crate) fn inject(&self, fault: LineFault) {
         let now = self.now();
         self.0.borrow_mut().line().inject(now, fault).expect("there is such a device");
     }
@@ -59,11 +59,11 @@ impl EthernetLink for SharedLink {
     }
 }
 
-pub fn settings() -> EtherCatSettings {
+pub(crate) fn settings() -> EtherCatSettings {
     EtherCatSettings::usual("bus 0", TICK.as_secs_f64())
 }
 
-pub fn drive_settings(station: u16) -> DriveSettings {
+pub(crate) fn drive_settings(station: u16) -> DriveSettings {
     let az = station == 1;
     DriveSettings {
         name: if az { "az" } else { "el" }.into(),
@@ -88,23 +88,23 @@ pub fn drive_settings(station: u16) -> DriveSettings {
 }
 
 /// Bus and drives, mapped and in SAFE-OP.
-pub struct Bench {
-    pub link: SharedLink,
-    pub bus: EtherCatBus,
-    pub drives: Vec<Cia402>,
-    pub identities: Vec<Identity>,
-    pub slots: Vec<(u16, Slot)>,
-    pub image: ProcessImage,
-    pub actuals: [Actuals; 2],
-    pub now: Duration,
+pub(crate) struct Bench {
+    pub(crate) link: SharedLink,
+    pub(crate) bus: EtherCatBus,
+    pub(crate) drives: Vec<Cia402>,
+    pub(crate) identities: Vec<Identity>,
+    pub(crate) slots: Vec<(u16, Slot)>,
+    pub(crate) image: ProcessImage,
+    pub(crate) actuals: [Actuals; 2],
+    pub(crate) now: Duration,
 }
 
 impl Bench {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self::with(settings())
     }
 
-    pub fn with(settings: EtherCatSettings) -> Self {
+    pub(crate) fn with(settings: EtherCatSettings) -> Self {
         let link = SharedLink::new();
         let bus =
             EtherCatBus::open(Box::new(link.clone()), settings).expect("two drives and a terminal answer");
@@ -123,7 +123,7 @@ impl Bench {
     }
 
     /// Opens both drives and maps the bus.
-    pub fn arm(&mut self) {
+    pub(crate) fn arm(&mut self) {
         (self.drives, self.identities) = (Vec::new(), Vec::new());
         for station in [1, 2] {
             let (drive, identity) = self.open_drive(station).expect("the twin answers");
@@ -148,12 +148,12 @@ impl Bench {
         Cia402::open(&mut self.bus, drive_settings(station), &mut waiting)
     }
 
-    pub fn exchange(&mut self) -> Exchange {
+    pub(crate) fn exchange(&mut self) -> Exchange {
         self.now += TICK;
         self.bus.exchange(self.now, &mut self.image).expect("the wire works")
     }
 
-    pub fn tick(&mut self, target: PowerTarget) -> Exchange {
+    pub(crate) fn tick(&mut self, target: PowerTarget) -> Exchange {
         let exchange = self.exchange();
         for (k, drive) in self.drives.iter_mut().enumerate() {
             let actuals = drive.decode(&self.image.inputs);
@@ -172,12 +172,12 @@ impl Bench {
         exchange
     }
 
-    pub fn states(&self) -> [PowerState; 2] {
+    pub(crate) fn states(&self) -> [PowerState; 2] {
         self.actuals.map(|actuals| PowerState::of(actuals.statusword))
     }
 
     /// Ticks until the bus is in a state; fails after a second.
-    pub fn reach_bus_state(&mut self, state: BusState) {
+    pub(crate) fn reach_bus_state(&mut self, state: BusState) {
         let end = self.now + Duration::from_secs(1);
         while self.bus.state() != state {
             if self.now >= end {
@@ -188,13 +188,13 @@ impl Bench {
         }
     }
 
-    pub fn enter_op(&mut self) {
+    pub(crate) fn enter_op(&mut self) {
         self.bus.request(BusState::Op);
         self.reach_bus_state(BusState::Op);
     }
 
     /// One SDO transfer beside the exchanges; the number of ticks that it took.
-    pub fn sdo(&mut self, request: &SdoRequest<'_>) -> (Result<Vec<u8>, SdoAbort>, u32) {
+    pub(crate) fn sdo(&mut self, request: &SdoRequest<'_>) -> (Result<Vec<u8>, SdoAbort>, u32) {
         self.bus.start(self.now, request);
         let mut read = Vec::new();
         for ticks in 1..10_000 {
@@ -210,6 +210,6 @@ impl Bench {
     }
 }
 
-pub const fn reading(station: u16, index: u16, sub: u8) -> SdoRequest<'static> {
+pub(crate) const fn reading(station: u16, index: u16, sub: u8) -> SdoRequest<'static> {
     SdoRequest { station, index, sub, write: None }
 }
