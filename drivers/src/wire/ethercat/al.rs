@@ -243,15 +243,15 @@ impl Supervisor {
         }
     }
 
-    /// Takes AL status and code of a station; a new error, if there is one.
+    /// Takes AL status and code of a station; what it says if it refuses a state or has left one.
     pub(super) fn read(&mut self, now: Duration, station: usize, status: [u8; 6]) -> Option<AlError> {
         let station = self.stations.get_mut(station)?;
         station.look_at = now + LOOK_EVERY;
         station.state = AlState::of(status[0]);
         station.has_error = status[0] & ERROR != 0;
         let code = u16::from_le_bytes([status[4], status[5]]);
-        let is_new =
-            station.has_error && (station.is_unexplained || station.target.is_some() || station.code != code);
+        let has_news = station.target.is_some() || station.code != code;
+        let is_new = station.is_unexplained || (station.has_error && has_news);
         station.is_unexplained = false;
         station.code = code;
         if station.target == Some(station.state) || station.has_error {

@@ -47,7 +47,8 @@ impl EtherCatBus {
         // ethercrab's handles borrow their store and cannot be put back into it: it stays for the rest of the program.
         let store: &'static PduStorage<SLOTS, MAX_FRAME_BYTES> = Box::leak(Box::new(PduStorage::new()));
         let (tx, rx, pdu_loop) = store.try_split().expect("a new store has not been split");
-        let iterations = settings.distributed_clocks.map_or(0, |clocks| clocks.static_sync_iterations);
+        let iterations =
+            settings.distributed_clocks.as_ref().map_or(0, |clocks| clocks.static_sync_iterations);
         let timeouts = Timeouts {
             eeprom: Duration::from_millis(100),
             wait_loop_delay: Duration::from_micros(500),
@@ -106,6 +107,7 @@ impl EtherCatBus {
 
     fn find_stations(&mut self) -> Result<(), DeviceError> {
         (self.group, self.mapped, self.clock, self.last_exchange) = (Group::Gone, None, None, None);
+        self.supervisor.set_all(AlState::Init);
         let count = self.count_stations()?;
         let starting = self.main.init_single_group::<MOST_STATIONS, MOST_BYTES>(clock::now_ns);
         let group = match run(&mut self.pump, START_LIMIT, starting) {
