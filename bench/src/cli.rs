@@ -21,6 +21,7 @@ mod report;
 mod results;
 mod run;
 mod schema;
+mod sim;
 mod verdicts;
 
 /// Hardware test bench for a two-axis electro-optical director.
@@ -51,6 +52,8 @@ enum Verb {
     Schema(schema::Args),
     /// Open the rig's devices and print their identification; nothing moves
     Devices(devices::Args),
+    /// Serve a rig's simulated devices to another process, in real time, over real wires
+    Sim(sim::Args),
     /// After a lost run: read the positions of the axes, record the inspection and release the rig; nothing moves
     Inspect(inspect::Args),
     /// Create a starter folder whose campaign passes on the simulator
@@ -110,6 +113,7 @@ fn dispatch(verb: Verb) -> u8 {
         Verb::Explain(args) => explain::run(&args),
         Verb::Schema(args) => schema::run(&args),
         Verb::Devices(args) => devices::run(&args),
+        Verb::Sim(args) => sim::run(&args),
         Verb::Inspect(args) => inspect::run(&args),
         Verb::Init(args) => init::run(&args),
         Verb::Import(args) => import::run(&args),

@@ -64,6 +64,14 @@ impl Clock {
         Self::Real(Instant::now())
     }
 
+    /// Time since the start of the run; 0 on a virtual clock, whose time is the caller's.
+    pub fn now(&self) -> Duration {
+        match self {
+            Self::Virtual | Self::Late(_) => Duration::ZERO,
+            Self::Real(start) => start.elapsed(),
+        }
+    }
+
     /// Waits until `due` and returns the time then; a virtual clock is there at once, and on time unless it is told to be
     /// late.
     pub fn wait_until(&self, due: Duration) -> Duration {

@@ -13,6 +13,7 @@
 //! | [`rig`] | an open rig: its drives and devices, what they tell and what they are told |
 //! | [`site`] | where rigs are opened: simulated worlds in virtual time, and at the speed of the day |
 //! | [`cycle`] | what happens in every tick: sequence, loops, interlocks, stops, recorder; the session between points |
+//! | [`sim`] | a simulated rig in a process of its own, at the far end of real wires |
 //! | `import` | logs of tables that other tools recorded |
 //! | [`files`] | readers of the files that people write |
 //! | [`plan`] | from names on the command line to checked points: stages, stops computed before motion, rehearsal |
@@ -34,4 +35,5 @@ pub mod people;
 pub mod plan;
 pub mod record;
 pub mod rig;
+pub mod sim;
 pub mod site;

@@ -14,16 +14,20 @@ use crate::model::rig::{Rig, Tier};
 use crate::rig::OpenRig;
 use crate::site::unit::Unit;
 
+pub mod interface;
 mod paced;
 mod simulated;
+mod terminal;
 pub mod unit;
 mod unit_for_case;
 mod r#virtual;
+mod wired;
 
 pub use paced::PacedSite;
-pub(crate) use simulated::check_scenery;
+pub(crate) use simulated::{FarEnds, Units, check_scenery};
 pub(crate) use unit_for_case::sim_unit_for_case;
 pub use r#virtual::VirtualSite;
+pub use wired::WiredSite;
 
 /// The site that a rig's tier asks for, with this unit. `built` is the unit in the build state of each stage, `None` where
 /// that is the final one.
@@ -31,6 +35,7 @@ pub fn site<'a>(rig: &Rig, unit: &'a Unit, built: &'a [Option<Unit>]) -> Box<dyn
     match rig.tier {
         Tier::Virtual => Box::new(VirtualSite::new(unit, built)),
         Tier::Paced => Box::new(PacedSite::new(unit, built)),
+        Tier::Wired | Tier::Hardware => Box::new(WiredSite),
     }
 }
 
@@ -67,12 +72,31 @@ pub struct Purpose<'a> {
 pub struct Opened {
     /// Name of the bus of its drives.
     pub bus: String,
+    /// Whether there may be hardware at the far end of that bus.
+    pub grounds: BusGrounds,
     /// The rig.
     pub rig: OpenRig,
     /// The clock that it is ticked by.
     pub clock: Clock,
     /// What is around it.
     pub surroundings: Box<dyn Surroundings>,
+}
+
+/// Whether there may be hardware at the far end of a bus, and how that is known (evidence.md §1).
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BusGrounds {
+    /// Whether its interface has a physical device.
+    pub is_physical: bool,
+    /// How that is known.
+    pub text: String,
+}
+
+impl BusGrounds {
+    /// A bus inside this program.
+    pub(crate) fn in_process() -> Self {
+        let text = "virtual bus: no network interface with a physical device".to_owned();
+        Self { is_physical: false, text }
+    }
 }
 
 /// What is around a rig, and no device tells or brings.

@@ -95,7 +95,7 @@ pub enum Fault {
 
 impl Fault {
     /// The drive that the fault concerns; `None` for a fault that concerns no single drive.
-    pub(crate) fn drive(&self) -> Option<usize> {
+    pub fn drive(&self) -> Option<usize> {
         match *self {
             Self::Encoder { drive, .. }
             | Self::EncoderFrozen { drive }

@@ -207,5 +207,5 @@ pub(super) fn attachments(setup: &Setup<'_>, devices: &[DeviceRecord], index: us
 pub(super) fn identify(setup: &Setup<'_>) -> Result<(String, Vec<DeviceRecord>), DeviceError> {
     let purpose = Purpose { seed: setup.seed, procedure: "identify", ..Purpose::default() };
     let session = setup.site.open(setup.rig, setup.gains, &purpose)?;
-    Ok((session.bus, crate::rig::identities::records(setup.rig, &session.rig)))
+    Ok((session.bus, crate::rig::identities::records(setup.rig, &session.rig, &session.grounds)))
 }

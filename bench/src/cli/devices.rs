@@ -23,7 +23,7 @@ pub(super) fn run(args: &Args) -> u8 {
     let purpose = Purpose { procedure: "devices", ..Purpose::default() };
     match site(&rig, &unit, &[]).open(&rig, &gains, &purpose) {
         Ok(session) => {
-            for device in crate::rig::identities::records(&rig, &session.rig) {
+            for device in crate::rig::identities::records(&rig, &session.rig, &session.grounds) {
                 let what = if device.may_be_real { "real" } else { "simulated" };
                 output::say(&format!("{}: {}\n  {what}: {}", device.name, device.identity, device.grounds));
             }

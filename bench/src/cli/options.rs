@@ -65,16 +65,20 @@ impl Asked {
 impl On {
     /// Reads the rig and unit files.
     pub(super) fn load(&self) -> Result<(Rig, Unit), u8> {
-        let rig = shipped::find(Folder::Rigs, &self.rig, None)
-            .and_then(|source| sort::expect(source, Folder::Rigs))
-            .and_then(read_rig);
-        let unit = load_unit(&self.unit);
-        match (rig, unit) {
-            (Ok(rig), Ok(unit)) => Ok((rig, unit)),
-            (rig, unit) => {
-                let found: Vec<_> = rig.err().into_iter().chain(unit.err()).flatten().collect();
-                Err(output::mistakes(&found))
-            }
+        load(&self.rig, &self.unit)
+    }
+}
+
+/// Reads a rig and a unit, by shipped names or paths.
+pub(super) fn load(rig: &str, unit: &str) -> Result<(Rig, Unit), u8> {
+    let rig = shipped::find(Folder::Rigs, rig, None)
+        .and_then(|source| sort::expect(source, Folder::Rigs))
+        .and_then(read_rig);
+    match (rig, load_unit(unit)) {
+        (Ok(rig), Ok(unit)) => Ok((rig, unit)),
+        (rig, unit) => {
+            let found: Vec<_> = rig.err().into_iter().chain(unit.err()).flatten().collect();
+            Err(output::mistakes(&found))
         }
     }
 }

@@ -14,12 +14,14 @@ use crate::model::stopping::{Loads, StopModel};
 use crate::rig::devices::reference;
 
 mod axes;
+mod connections;
 mod device;
 mod fields;
 mod instrument;
 mod safety;
 mod unsafe_settings;
 
+use connections::Connections;
 pub use device::DEVICE_FIELDS;
 pub use fields::{AXIS_FIELDS, FIELDS};
 pub(in crate::files) use instrument::day;
@@ -44,14 +46,20 @@ pub fn read_rig(source: SourceFile) -> Result<Rig, Vec<Diagnostic>> {
 fn read(t: &mut TableReader<'_>) -> Option<Rig> {
     let id = t.text("id");
     let title = t.text("title");
-    let tier = t.text("tier");
+    let tier = t.text("tier").map(|tier| match tier.as_str() {
+        "paced" => Tier::Paced,
+        "wired" => Tier::Wired,
+        "hardware" => Tier::Hardware,
+        _ => Tier::Virtual,
+    });
     let loop_rate_hz = t.positive("loop-rate");
     let missed = t.integer("max-missed-periods", 1);
     let parameters = t.text("parameters");
     let cycle_s = loop_rate_hz.map(|hz| 1.0 / hz);
     let bits = bits(t);
     let whole = cycle_s.zip(missed).map(|(cycle_s, missed)| Loop { cycle_s, missed: missed as f64, bits });
-    let axes = axes::read(t, |t, name| read_axis(t, name, cycle_s, whole));
+    let mut connections = Connections::new(tier);
+    let axes = axes::read(t, |t, name| read_axis(t, name, cycle_s, whole, &mut connections));
     if loop_rate_hz.is_some_and(|hz| !(LOOP_RATES_HZ[0]..=LOOP_RATES_HZ[1]).contains(&hz)) {
         let help = format!(
             "choose one from {} Hz to {} Hz; the director's own is 4 kHz",
@@ -72,6 +80,7 @@ fn read(t: &mut TableReader<'_>) -> Option<Rig> {
     if let (Some(devices), Some(axes)) = (&devices, &mut axes) {
         attach_references(axes, devices);
     }
+    let wires = connections.interface(t, devices.as_deref().unwrap_or_default());
     let instruments =
         if t.has("instrument") { t.tables("instrument", instrument::read) } else { Some(Vec::new()) };
     let by_gyro = |axes: &[RigAxis]| axes.iter().any(|a| a.velocity_feedback == VelocityFeedback::Gyro);
@@ -83,10 +92,8 @@ fn read(t: &mut TableReader<'_>) -> Option<Rig> {
     Some(Rig {
         id: id?,
         title: title?,
-        tier: match tier?.as_str() {
-            "paced" => Tier::Paced,
-            _ => Tier::Virtual,
-        },
+        tier: tier?,
+        interface: wires?,
         loop_rate_hz: loop_rate_hz?,
         max_missed_periods: u32::try_from(missed?).ok()?,
         parameters: parameters?,
@@ -152,13 +159,15 @@ fn read_axis(
     name: &str,
     cycle_s: Option<f64>,
     whole: Option<Loop>,
+    connections: &mut Connections,
 ) -> Option<RigAxis> {
     let carried_by = t.has("carried-by").then(|| t.text("carried-by")).flatten();
     let gains = t.has("gains").then(|| t.text("gains")).flatten();
     let written = t.table("safety", safety::read);
     let safety = written.as_ref().map(|written| &written.safety);
     let limits = read_limits(t, safety, cycle_s);
-    let drive = read_drive(t, name, cycle_s, safety);
+    let station = connections.station(t);
+    let drive = read_drive(t, name, cycle_s, safety, station);
     let velocity_feedback = match t.text("velocity-feedback").as_deref() {
         Some("gyro") => VelocityFeedback::Gyro,
         _ => VelocityFeedback::Encoder,
@@ -266,11 +275,12 @@ fn read_drive(
     name: &str,
     cycle_s: Option<f64>,
     safety: Option<&Safety>,
+    station: Option<u16>,
 ) -> Option<DriveSettings> {
     let safety = safety?;
     Some(DriveSettings {
         name: name.to_owned(),
-        station: u16::try_from(t.integer("station", 1)?).ok()?,
+        station: station?,
         torque_constant_nm_per_a: t.positive("torque-constant")?,
         rated_current_a: t.positive("rated-current")?,
         rated_torque_nm: t.positive("rated-torque")?,

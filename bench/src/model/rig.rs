@@ -15,6 +15,17 @@ pub enum Tier {
     Virtual,
     /// Simulated devices in process, real time, one session.
     Paced,
+    /// Simulated devices in another process, at the far end of real wires, real time, one session.
+    Wired,
+    /// The director, real time, one session. Differs from `Wired` in nothing but what the identities say.
+    Hardware,
+}
+
+impl Tier {
+    /// Whether its wires leave the process.
+    pub fn is_wired(self) -> bool {
+        matches!(self, Self::Wired | Self::Hardware)
+    }
 }
 
 /// Indices of the two axes of a gimbal.
@@ -58,6 +69,8 @@ pub struct Rig {
     pub title: String,
     /// Fidelity.
     pub tier: Tier,
+    /// Network interface of the EtherCAT wire of the drives; `None` for drives in this process.
+    pub interface: Option<String>,
     /// Loop rate.
     pub loop_rate_hz: f64,
     /// Longest run of missed periods that is tolerated.
@@ -87,6 +100,11 @@ impl Rig {
             limits: axis.limits.clone(),
         };
         Axes::new(self.axes.iter().map(known).collect())
+    }
+
+    /// Network interface of the EtherCAT wire of the drives; `None` for drives in this process.
+    pub fn interface(&self) -> Option<&str> {
+        self.interface.as_deref()
     }
 
     /// The pair of axes of which one carries the other.

@@ -86,7 +86,7 @@ pub(crate) fn stand(
 ) -> Result<Standing, DeviceError> {
     let pose_rad = left.iter().map(|a| (a.axis.clone(), a.deg.to_radians())).collect();
     let session = site.open(rig, gains, &Purpose { procedure: "inspect", pose_rad, ..Purpose::default() })?;
-    let devices = crate::rig::identities::records(rig, &session.rig);
+    let devices = crate::rig::identities::records(rig, &session.rig, &session.grounds);
     let bus = session.bus;
     let mut armed = session.rig.arm()?;
     let mut now = armed.ready();

@@ -93,9 +93,12 @@ pub(crate) fn system_folder() -> PathBuf {
     theirs.into_iter().find(writable).unwrap_or_else(std::env::temp_dir)
 }
 
-/// What must be held before this rig may move; nothing where every device is simulated on virtual wires.
+/// What must be held before this rig may move; its network interface, and the rig itself where a device
+/// may be real; nothing where every device is simulated in this process.
 pub(crate) fn resources(rig: &Rig, bus: &str, devices: &[DeviceRecord]) -> Vec<String> {
-    if devices.iter().any(|d| d.may_be_real) { vec![format!("{} {bus}", rig.id)] } else { Vec::new() }
+    let interface = rig.interface().map(|name| format!("interface {name}"));
+    let rig = devices.iter().any(|d| d.may_be_real).then(|| format!("{} {bus}", rig.id));
+    interface.into_iter().chain(rig).collect()
 }
 
 /// Takes all resources for a run, or none.

@@ -5,13 +5,14 @@ use reports::record::DeviceRecord;
 
 use super::OpenRig;
 use crate::model::rig::Rig;
+use crate::site::BusGrounds;
 
 /// Vendor id (1018h:1) of every simulated drive: the letters SIM. No maker has it.
 pub(crate) const SIMULATORS_MARK: u32 = 0x0053_494D;
 
 /// One record per drive, then the devices on the gimbal, then the instruments. A drive without the simulator's mark counts as real:
 /// whoever stands beside it is protected first. What has no identity of that sort stays simulated on virtual wires.
-pub(crate) fn records(rig: &Rig, open: &OpenRig) -> Vec<DeviceRecord> {
+pub(crate) fn records(rig: &Rig, open: &OpenRig, bus: &BusGrounds) -> Vec<DeviceRecord> {
     let instruments = open.instruments().identities().iter().cloned();
     let others = open.devices().identities().into_iter().chain(instruments);
     let others = others.map(|(name, identity)| DeviceRecord {
@@ -32,8 +33,8 @@ pub(crate) fn records(rig: &Rig, open: &OpenRig) -> Vec<DeviceRecord> {
             ),
             may_be_real: lacks_mark(id),
             // A virtual bus proves nothing real, whoever answers on it.
-            proven_real: false,
-            grounds: grounds(id),
+            proven_real: bus.is_physical && lacks_mark(id),
+            grounds: grounds(id, bus),
         })
         .chain(others)
         .collect()
@@ -48,13 +49,15 @@ fn lacks_mark(identity: &Identity) -> bool {
     identity.vendor != SIMULATORS_MARK
 }
 
-fn grounds(identity: &Identity) -> String {
-    if lacks_mark(identity) {
-        return format!(
-            "vendor {:08X}h is not the simulator's mark ({SIMULATORS_MARK:08X}h); its log stays simulated, for the bus is \
-             virtual",
-            identity.vendor
-        );
+fn grounds(identity: &Identity, bus: &BusGrounds) -> String {
+    let BusGrounds { is_physical, text } = bus;
+    let vendor = identity.vendor;
+    match (lacks_mark(identity), is_physical) {
+        (true, true) => format!("{text}; vendor {vendor:08X}h is not the simulator's mark ({SIMULATORS_MARK:08X}h)"),
+        (true, false) => format!(
+            "vendor {vendor:08X}h is not the simulator's mark ({SIMULATORS_MARK:08X}h); its log stays simulated, for the \
+             bus has no hardware: {text}"
+        ),
+        (false, _) => format!("{text}; it carries the simulator's mark"),
     }
-    "virtual bus: no network interface with a physical device; it carries the simulator's mark".to_owned()
 }

@@ -6,7 +6,7 @@ use drivers::device::DeviceError;
 use sim_devices::rig::SimulatedRig;
 
 use super::simulated::Units;
-use super::{Opened, Purpose, Site};
+use super::{BusGrounds, Opened, Purpose, Site};
 use crate::clock::Clock;
 use crate::model::rig::Rig;
 use crate::rig::OpenRig;
@@ -43,6 +43,6 @@ impl Site for PacedSite<'_> {
         let bus = simulated.wires.bus.name().to_owned();
         let clock = Clock::real();
         let rig = OpenRig::open(simulated.wires, rig, gains, &clock)?;
-        Ok(Opened { bus, rig, clock, surroundings: simulated.surroundings })
+        Ok(Opened { bus, grounds: BusGrounds::in_process(), rig, clock, surroundings: simulated.surroundings })
     }
 }

@@ -1,12 +1,16 @@
 //! Simulated worlds behind a rig: a director, or a rotary table.
 
+use std::time::Duration;
+
 use drivers::device::DeviceError;
 use procedures::case::Case;
-use sim_devices::rig::{SeedAddress, SimulatedRig, SimulatedTable, StartState};
+use sim_devices::ethercat::EtherCatLine;
+use sim_devices::rig::{AxesTruth, AxisTruth, Fault, SeedAddress, SimulatedRig, SimulatedTable, StartState};
 use sim_devices::unit::{TableSettings, UnitSettings};
 use sim_devices::world::AXIS_NAMES;
 
 use super::unit_for_case::world_axis;
+use super::wired::terminal_addresses;
 use super::{Contact, Purpose, Surroundings, sim_unit_for_case};
 use crate::model::rig::Rig;
 use crate::rig::wires::{Ports, Wires};
@@ -14,9 +18,9 @@ use crate::site::unit::{Unit, World};
 
 /// A unit, and the unit in the build state of each stage, `None` where that is the final one.
 #[derive(Clone, Copy)]
-pub(super) struct Units<'a> {
-    pub(super) unit: &'a Unit,
-    pub(super) built: &'a [Option<Unit>],
+pub(crate) struct Units<'a> {
+    pub(crate) unit: &'a Unit,
+    pub(crate) built: &'a [Option<Unit>],
 }
 
 /// A world behind a rig.
@@ -55,11 +59,60 @@ impl Units<'_> {
         };
         brought.planned_s = purpose.planned_s;
         let simulated = SimulatedRig::at_rate(&brought, &address, start, rig.loop_rate_hz);
-        let wires = wires(&simulated);
+        let wires = with_terminals(wires(&simulated), rig, &simulated);
         let settings = settings.as_ref().clone();
         let rig = rig.clone();
         let surroundings = Box::new(AroundDirector { simulated, settings, rig, names, address });
         Ok(Simulated { wires, surroundings })
+    }
+}
+
+/// A simulated world whose wires end in this process, for whoever serves them to another one.
+pub(crate) struct FarEnds {
+    /// SubDevices of its EtherCAT wire.
+    pub(crate) line: Box<dyn EtherCatLine>,
+    /// What is behind them.
+    pub(crate) world: Box<dyn FarWorld>,
+}
+
+/// The world behind far ends.
+pub(crate) trait FarWorld {
+    /// A fault acts at an instant of world time; one that is over means now.
+    ///
+    /// # Errors
+    /// When it befalls what this world does not have.
+    fn schedule(&self, at: Duration, fault: Fault) -> Result<(), DeviceError>;
+
+    /// Where the axes really are: name, angle, rate.
+    fn truth(&self) -> Vec<AxisTruth>;
+
+    /// What is around the unit.
+    fn surroundings(&mut self) -> &mut dyn Surroundings;
+}
+
+impl Units<'_> {
+    /// A world at rest at the far end of its wires.
+    ///
+    /// # Errors
+    /// A unit that does not fit the rig.
+    pub(crate) fn far_ends(&self, rig: &Rig, purpose: &Purpose<'_>) -> Result<FarEnds, DeviceError> {
+        let (seed, procedure) = (purpose.seed, purpose.procedure.to_owned());
+        let address = SeedAddress { seed, procedure, point: String::new() };
+        let settings = match &self.unit.world {
+            World::Table(settings) => {
+                check_names(settings, rig)?;
+                let simulated = SimulatedTable::new(settings, &address, &purpose.pose_rad);
+                let line = simulated.ethercat_line();
+                return Ok(FarEnds { line, world: Box::new(AroundTable { simulated }) });
+            }
+            World::Director(settings) => settings,
+        };
+        let names = world_names(rig);
+        let start = start_state(&names, purpose, settings.az.ambient_degc);
+        let simulated = SimulatedRig::at_rate(settings, &address, start, rig.loop_rate_hz);
+        let line = simulated.ethercat_line();
+        let (settings, rig) = (settings.as_ref().clone(), rig.clone());
+        Ok(FarEnds { line, world: Box::new(AroundDirector { simulated, settings, rig, names, address }) })
     }
 }
 
@@ -139,6 +192,14 @@ fn start_state(names: &[Option<String>; 2], purpose: &Purpose<'_>, heat_sink_deg
     StartState { az_rad, el_rad, heat_sink_degc }
 }
 
+/// The wires of a rig that names terminals on a bus, rehearsed in this process: each is the analog card.
+fn with_terminals(mut wires: Wires, rig: &Rig, simulated: &SimulatedRig) -> Wires {
+    for (address, _) in terminal_addresses(rig) {
+        wires.ports = wires.ports.with_card(&address, simulated.analog_card());
+    }
+    wires
+}
+
 /// What is around a simulated director.
 struct AroundDirector {
     simulated: SimulatedRig,
@@ -163,6 +224,46 @@ impl Surroundings for AroundDirector {
         let crashes = self.simulated.record().crashes.into_iter();
         let contact = |(axis, at_s, speed_rad_per_s)| Contact { axis: called(axis), at_s, speed_rad_per_s };
         crashes.map(contact).collect()
+    }
+}
+
+impl FarWorld for AroundDirector {
+    fn schedule(&self, at: Duration, fault: Fault) -> Result<(), DeviceError> {
+        let count = self.names.len();
+        if let Some(drive) = fault.drive().filter(|&drive| drive >= count) {
+            let reason = format!("fault of drive {drive}: expected 0 to {}", count - 1);
+            return Err(DeviceError::Bus { device: "simulated director".to_owned(), reason });
+        }
+        self.simulated.schedule(at, fault);
+        Ok(())
+    }
+
+    fn truth(&self) -> Vec<AxisTruth> {
+        let AxesTruth { angle_rad, rate_rad_per_s } = self.simulated.truth_of_axes();
+        let axis = |k: usize| AxisTruth {
+            name: self.names[k].clone().unwrap_or_else(|| AXIS_NAMES[k].to_owned()),
+            angle_rad: angle_rad[k],
+            rate_rad_per_s: rate_rad_per_s[k],
+        };
+        vec![axis(0), axis(1)]
+    }
+
+    fn surroundings(&mut self) -> &mut dyn Surroundings {
+        self
+    }
+}
+
+impl FarWorld for AroundTable {
+    fn schedule(&self, at: Duration, fault: Fault) -> Result<(), DeviceError> {
+        self.simulated.schedule(at, fault)
+    }
+
+    fn truth(&self) -> Vec<AxisTruth> {
+        self.simulated.truth_of_axes()
+    }
+
+    fn surroundings(&mut self) -> &mut dyn Surroundings {
+        self
     }
 }
 

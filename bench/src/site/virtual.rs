@@ -5,7 +5,7 @@ use drivers::device::DeviceError;
 use sim_devices::rig::SimulatedRig;
 
 use super::simulated::Units;
-use super::{Opened, Purpose, Site};
+use super::{BusGrounds, Opened, Purpose, Site};
 use crate::clock::Clock;
 use crate::model::rig::Rig;
 use crate::rig::OpenRig;
@@ -42,6 +42,6 @@ impl Site for VirtualSite<'_> {
         let bus = simulated.wires.bus.name().to_owned();
         let clock = Clock::Virtual;
         let rig = OpenRig::open(simulated.wires, rig, gains, &clock)?;
-        Ok(Opened { bus, rig, clock, surroundings: simulated.surroundings })
+        Ok(Opened { bus, grounds: BusGrounds::in_process(), rig, clock, surroundings: simulated.surroundings })
     }
 }

@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use super::handles::BusHandle;
 use crate::bus::failure;
+use crate::ethercat::{EtherCatLine, Line, LineSettings};
 use crate::faults::Fault;
 use crate::physics::encoder::EncoderFault;
 use crate::physics::noise::SeedAddress;
@@ -34,6 +35,11 @@ impl SimulatedTable {
     /// A handle to the one bus that carries all drives: station 1 is the first axis.
     pub fn bus(&self) -> Box<dyn Fieldbus> {
         Box::new(BusHandle::new(Rc::clone(&self.bus)))
+    }
+
+    /// EtherCAT SubDevices in front of the drives: station 1 is the first axis. Their clocks are perfect.
+    pub fn ethercat_line(&self) -> Box<dyn EtherCatLine> {
+        Box::new(Line::new(Rc::clone(&self.bus), &LineSettings::default()))
     }
 
     /// From now on the encoder of a drive, 0 for station 1, has this fault, or none.

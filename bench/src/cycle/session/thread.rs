@@ -27,7 +27,7 @@ pub(super) fn serve<'a>(
         Ok(opened) => opened,
         Err(error) => return report(reports, Report::Failed(error)),
     };
-    let devices = crate::rig::identities::records(opening.rig, &opened.rig);
+    let devices = crate::rig::identities::records(opening.rig, &opened.rig, &opened.grounds);
     let preparer = opened.rig.instruments().preparer();
     report(
         reports,

@@ -5,9 +5,10 @@ use std::ops::Range;
 
 use procedures::table::{Field, Shape, TableReader, suggestion};
 
+use crate::model::address::Address;
 use crate::model::device::{DeviceEntry, Setting};
 use crate::rig::devices::{DRIVERS, driver};
-use crate::rig::driver::{Driver, Misfit};
+use crate::rig::driver::{Driver, Misfit, PortSort};
 
 /// Keys of `[[device]]`; its driver adds its own.
 pub const DEVICE_FIELDS: &[Field] = &[
@@ -24,9 +25,6 @@ pub const DEVICE_FIELDS: &[Field] = &[
          devices may share a card.",
     ),
 ];
-
-/// Sorts of connections that an address may begin with.
-const CONNECTIONS: &[&str] = &["sim"];
 
 /// A device, and where its table stands.
 pub(super) struct Placed {
@@ -81,11 +79,17 @@ fn read_ports(t: &mut TableReader<'_>, driver: &Driver) -> BTreeMap<String, Stri
             t.mistake_at(span, message, Some(suggestion(&key, known)));
             continue;
         }
-        let named = address.split_once(':').filter(|(_, name)| !name.is_empty());
-        if !named.is_some_and(|(sort, _)| CONNECTIONS.contains(&sort)) {
-            let message = format!("`{address}` is not the address of a port");
-            let help = format!("write type and name, e.g. `sim:imu`; types are {}", CONNECTIONS.join(", "));
-            t.mistake_at(span, message, Some(help));
+        let sort = driver.ports.iter().find(|port| port.key == key).map(|port| port.sort);
+        let wrong = match Address::parse(&address) {
+            Err(help) => Some(help),
+            Ok(Address::EtherCat { .. }) if sort != Some(PortSort::Card) => {
+                Some("only an analog card can be a terminal on EtherCAT: write e.g. `sim:imu`".to_owned())
+            }
+            Ok(_) => None,
+        };
+        if wrong.is_some() {
+            let message = format!("`{address}` is not the address of this port");
+            t.mistake_at(span, message, wrong);
             named_wrongly.push(key);
             continue;
         }

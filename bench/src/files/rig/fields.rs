@@ -21,9 +21,11 @@ pub const FIELDS: &[Field] = &[
     required("title", Shape::Text, "Heading."),
     required(
         "tier",
-        Shape::Choice(&["virtual", "paced"]),
-        "Fidelity; both tiers run simulated devices in process: `virtual` in virtual time with a new world \
-         for each point, `paced` in real time with one session for the whole run.",
+        Shape::Choice(&["virtual", "paced", "wired", "hardware"]),
+        "Fidelity. `virtual` and `paced` run simulated devices in process: `virtual` in virtual time with a new world \
+         for each point, `paced` in real time with one session for the whole run. `wired` and `hardware` reach their \
+         devices over real wires, in real time, with one session: `wired` simulated ones that `bench sim` serves, \
+         `hardware` the director itself.",
     ),
     required("loop-rate", Shape::Quantity(K::Frequency), "Rate of the tick."),
     with_default("max-missed-periods", Shape::Integer, "20", "Longest run of missed periods before a trip."),
@@ -67,7 +69,17 @@ pub const AXIS_FIELDS: &[Field] = &[
         Shape::Text,
         "Section of the parameters file with the gains of this axis; the one of its own name if left out.",
     ),
-    required("station", Shape::Integer, "Position of its drive on the bus, 1-based."),
+    Field::optional(
+        "station",
+        Shape::Integer,
+        "Position of its drive on the simulated bus, 1-based; tiers `virtual` and `paced` need it.",
+    ),
+    Field::optional(
+        "ports",
+        Shape::Map(&Shape::Text),
+        "Where its drive is connected, `{ bus = \"ethercat:enp3s0/1001\" }`: network interface, then alias of the drive or \
+         its place on the wire, from 1; tiers `wired` and `hardware` need it instead of `station`.",
+    ),
     required("travel", Shape::Range(K::Angle), "Required travel; an axis that passes its end crashes."),
     required("soft-limits", Shape::Range(K::Angle), "Limits that the interlocks enforce, inside the travel."),
     required(

@@ -1,0 +1,91 @@
+//! Addresses of ports: which connection, and where on it.
+
+use std::fmt;
+
+/// Where a device is connected.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Address {
+    /// A far end in this process, `sim:imu`.
+    Simulated {
+        /// Its name.
+        name: String,
+    },
+    /// A SubDevice on an EtherCAT wire, `ethercat:enp3s0/1001`.
+    EtherCat {
+        /// Network interface of the wire.
+        interface: String,
+        /// Alias of the SubDevice, or its place on the wire, from 1.
+        station: u16,
+    },
+}
+
+/// Sorts of connections, as addresses begin with them.
+pub const CONNECTIONS: &[&str] = &["sim", "ethercat"];
+
+/// Longest name of a network interface (IFNAMSIZ less its NUL).
+const LONGEST_INTERFACE: usize = 15;
+
+impl Address {
+    /// Reads an address.
+    ///
+    /// # Errors
+    /// What is wrong with it, and how it is written.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let (sort, rest) = text.split_once(':').unwrap_or((text, ""));
+        match sort {
+            "sim" if !rest.is_empty() => Ok(Self::Simulated { name: rest.to_owned() }),
+            "ethercat" => ethercat(rest),
+            _ => Err(format!("write type and name, e.g. `sim:imu`; types are {}", CONNECTIONS.join(", "))),
+        }
+    }
+}
+
+fn ethercat(rest: &str) -> Result<Address, String> {
+    let expected = || {
+        "write interface and station, e.g. `ethercat:enp3s0/1001`: the alias of the SubDevice, or its place on the \
+         wire from 1"
+            .to_owned()
+    };
+    let (interface, station) = rest.split_once('/').ok_or_else(expected)?;
+    let is_name = !interface.is_empty()
+        && interface.len() <= LONGEST_INTERFACE
+        && interface.chars().all(|c| c.is_ascii_graphic() && c != ':');
+    let station = station.parse().ok().filter(|&station: &u16| station > 0);
+    match station {
+        Some(station) if is_name => Ok(Address::EtherCat { interface: interface.to_owned(), station }),
+        _ => Err(expected()),
+    }
+}
+
+impl fmt::Display for Address {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Simulated { name } => write!(f, "sim:{name}"),
+            Self::EtherCat { interface, station } => write!(f, "ethercat:{interface}/{station}"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_address_is_a_connection_and_a_place_on_it() {
+        for text in ["sim:imu", "ethercat:enp3s0/1001", "ethercat:ecm/1"] {
+            assert_eq!(Address::parse(text).map(|address| address.to_string()), Ok(text.to_owned()));
+        }
+    }
+
+    #[test]
+    fn what_is_no_address_is_told_how_one_is_written() {
+        let wrong = [
+            "", "sim", "sim:", "ethercat:", "ethercat:ecm", "ethercat:/1", "ethercat:ecm/", "ethercat:ecm/0",
+            "ethercat:ecm/70000", "ethercat:ecm/-1", "ethercat:a b/1", "ethercat:0123456789abcdef/1", "can:can0/5",
+        ];
+        for text in wrong {
+            let error = Address::parse(text).expect_err(text);
+            assert!(error.starts_with("write "), "{text}: {error}");
+        }
+    }
+}

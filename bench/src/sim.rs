@@ -1,0 +1,183 @@
+//! `bench sim`: a simulated rig in a process of its own, in real time, at the far end of real wires.
+//!
+//! Whoever runs the rig speaks to it as to hardware. Faults come over a control socket and can be injected nowhere else.
+
+mod control;
+mod order;
+mod server;
+mod truth;
+
+use std::path::PathBuf;
+use std::sync::atomic::AtomicU16;
+use std::time::Duration;
+
+use drivers::device::DeviceError;
+use drivers::wire::PacketSocket;
+use procedures::log::LogError;
+
+pub use control::{path_for, tell};
+pub use order::{Answer, Order, WireFault, WorldFault, read as read_order};
+
+use crate::clock::{self, Clock};
+use crate::model::rig::Rig;
+use crate::site::interface::{self, Kernel};
+use crate::site::unit::Unit;
+use crate::site::{Contact, Purpose, Units};
+use control::Control;
+use server::Server;
+use truth::TruthLog;
+
+/// What a simulator serves, and where.
+#[derive(Clone, Debug)]
+pub struct Settings<'a> {
+    /// The rig whose far ends are served.
+    pub rig: &'a Rig,
+    /// The unit that is simulated.
+    pub unit: &'a Unit,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Interface of the far end; the other end of the rig's own pair of virtual interfaces if left out.
+    pub interface: Option<String>,
+    /// Control socket; one in the user's own folder if left out.
+    pub control: Option<PathBuf>,
+    /// Log of the ground truth; none is written if left out.
+    pub log: Option<PathBuf>,
+}
+
+/// Why a simulator cannot be served, or ended.
+#[derive(Debug, thiserror::Error)]
+pub enum SimError {
+    /// An interface or a unit.
+    #[error(transparent)]
+    Device(#[from] DeviceError),
+    /// The control socket.
+    #[error("control socket {path}: {source}")]
+    Control {
+        /// Its path.
+        path: String,
+        /// Cause.
+        source: std::io::Error,
+    },
+    /// The log of the ground truth.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// The interface, while it was in use.
+    #[error("interface {name}: {source}; the simulator ends")]
+    Interface {
+        /// Its name.
+        name: String,
+        /// Cause.
+        source: std::io::Error,
+    },
+}
+
+/// What a simulator has done.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Report {
+    /// Frames that were answered.
+    pub frames: u64,
+    /// Frames that were not.
+    pub unanswered: u64,
+    /// Answers that the interface did not take.
+    pub unsent: u64,
+    /// Rows of the truth that the disk was too slow for.
+    pub lost_rows: u64,
+    /// Contacts with end stops.
+    pub contacts: Vec<Contact>,
+}
+
+/// Serves a rig until it is stopped. `say` is told where its far ends can be reached.
+///
+/// # Errors
+/// What is missing before it begins, or fails meanwhile.
+pub fn serve(settings: &Settings<'_>, stop: &AtomicU16, say: &mut dyn FnMut(&str)) -> Result<Report, SimError> {
+    let name = far_interface(settings)?;
+    let path = match &settings.control {
+        Some(path) => path.clone(),
+        None => path_for(&name).map_err(|source| SimError::Control { path: name.clone(), source })?,
+    };
+    let failed = |source| SimError::Control { path: path.display().to_string(), source };
+    let control = Control::listen(&path).map_err(failed)?;
+    let clock = Clock::real();
+    let link = PacketSocket::far_end(&name, Box::new(move || clock.now()))?;
+    let units = Units { unit: settings.unit, built: &[] };
+    let purpose = Purpose { seed: settings.seed, procedure: "sim", ..Purpose::default() };
+    let far_ends = units.far_ends(settings.rig, &purpose)?;
+    let axes: Vec<String> = far_ends.world.truth().into_iter().map(|axis| axis.name).collect();
+    let open = |path: &PathBuf| TruthLog::create(path, settings.rig, &axes, settings.seed);
+    let truth = settings.log.as_ref().map(open).transpose()?;
+    for (device, own) in (1..).zip(far_ends.line.names()) {
+        say(&format!("ethercat:{}/{device}  {own}", reached_by(&name)));
+    }
+    say(&format!("control  {}", path.display()));
+    let server = Server::new(link, far_ends, truth);
+    let broken = |source| SimError::Interface { name: name.clone(), source };
+    let (served, truth) = server.serve(&control, stop).map_err(broken)?;
+    let lost_rows = truth.map_or(Ok(0), TruthLog::finish)?;
+    let server::Served { frames, unanswered, unsent, contacts } = served;
+    Ok(Report { frames, unanswered, unsent, lost_rows, contacts })
+}
+
+/// The control socket of whoever serves a rig.
+///
+/// # Errors
+/// When the rig has no interface, or the user's folder cannot be had.
+pub fn control_path(rig: &Rig, interface: Option<&str>) -> Result<PathBuf, SimError> {
+    let settings = |name: &str| path_for(name).map_err(|source| SimError::Control { path: name.to_owned(), source });
+    match interface {
+        Some(name) => settings(name),
+        None => settings(&peer_of(rig)?),
+    }
+}
+
+/// The interface under which a MainDevice reaches this one.
+fn reached_by(name: &str) -> String {
+    let found = Kernel::default().interface(name).ok().and_then(|interface| interface.peer);
+    found.unwrap_or_else(|| name.to_owned())
+}
+
+/// The interface to serve: the one that is asked for, or the far end of the rig's own.
+fn far_interface(settings: &Settings<'_>) -> Result<String, DeviceError> {
+    let kernel = Kernel::default();
+    let rig = settings.rig;
+    let name = match &settings.interface {
+        Some(name) => name.clone(),
+        None => peer_of(rig)?,
+    };
+    let found = kernel.interface(&name)?;
+    if !found.is_pair {
+        let reason = "it is no pair of virtual interfaces (veth), and a simulator must not answer where hardware may \
+                      be: expected one end of a pair, made with `ip link add ecm type veth peer name ecs`";
+        return Err(interface::failure(&name, reason.to_owned()));
+    }
+    kernel.check_unused(&name, &drivers::wire::addresses(&name)?)?;
+    Ok(name)
+}
+
+/// The far end of the rig's own pair of virtual interfaces.
+fn peer_of(rig: &Rig) -> Result<String, DeviceError> {
+    let Some(own) = rig.interface() else {
+        let reason = "its drives have no network interface, so nothing can be served; choose a rig of tier `wired`, or \
+                      name the interface with `--interface`";
+        return Err(DeviceError::Bus { device: format!("rig `{}`", rig.id), reason: reason.to_owned() });
+    };
+    Kernel::default().interface(own)?.peer.ok_or_else(|| {
+        let reason = "the other end of its pair is not in this network name space; name it with `--interface`";
+        interface::failure(own, reason.to_owned())
+    })
+}
+
+/// Waits until a simulator answers at its control socket.
+///
+/// # Errors
+/// When none does in this time.
+pub fn wait_for(path: &std::path::Path, at_most: Duration) -> std::io::Result<()> {
+    let since = clock::Stopwatch::start();
+    loop {
+        match tell(path, &Order::Status) {
+            Ok(_) => return Ok(()),
+            Err(error) if since.elapsed_s() > at_most.as_secs_f64() => return Err(error),
+            Err(_) => clock::rest(Duration::from_millis(20)),
+        }
+    }
+}

@@ -1,0 +1,195 @@
+//! The control socket of `bench sim`: a Unix socket in a folder of the user's own, mode 0600, that takes orders from the same
+//! user or from root, and from nobody else.
+
+use std::fs;
+use std::io::{self, BufRead, BufReader, ErrorKind, Write};
+use std::os::unix::fs::{DirBuilderExt, PermissionsExt};
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{self, Receiver, Sender};
+use std::time::Duration;
+
+use super::order::{self, Answer, Order};
+
+/// Longest order: a case with a long stimulus.
+const LONGEST: u64 = 4 << 20;
+/// How long a client may take to write its order or to take the answer.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// An order on its way to the simulator, and where the answer goes.
+pub(super) struct Asked {
+    pub(super) order: Order,
+    pub(super) answer: Sender<Answer>,
+}
+
+/// A socket that listens. It is removed when this is dropped.
+pub(super) struct Control {
+    path: PathBuf,
+    orders: Receiver<Asked>,
+}
+
+impl Control {
+    /// Listens at a path.
+    ///
+    /// # Errors
+    /// When a living simulator listens there, or the socket cannot be made.
+    pub(super) fn listen(path: &Path) -> io::Result<Self> {
+        if UnixStream::connect(path).is_ok() {
+            let why = "another simulator listens there; stop it with `bench sim --tell '\"stop\"'`";
+            return Err(io::Error::new(ErrorKind::AddrInUse, why));
+        }
+        if path.exists() {
+            fs::remove_file(path)?;
+        }
+        let listener = UnixListener::bind(path)?;
+        fs::set_permissions(path, fs::Permissions::from_mode(0o600))?;
+        let (sender, orders) = mpsc::channel();
+        let serve = move || {
+            for stream in listener.incoming().flatten() {
+                let sender = sender.clone();
+                // A client that dawdles holds up itself alone.
+                let talk = move || {
+                    let _ = converse(&stream, &sender);
+                };
+                let _ = std::thread::Builder::new().name("control client".to_owned()).spawn(talk);
+            }
+        };
+        std::thread::Builder::new().name("control".to_owned()).spawn(serve)?;
+        Ok(Self { path: path.to_owned(), orders })
+    }
+
+    /// The next order, if there is one. Never waits.
+    pub(super) fn next(&self) -> Option<Asked> {
+        self.orders.try_recv().ok()
+    }
+}
+
+impl Drop for Control {
+    fn drop(&mut self) {
+        let _ = fs::remove_file(&self.path);
+    }
+}
+
+/// One client, one order a line until it hangs up.
+fn converse(stream: &UnixStream, orders: &Sender<Asked>) -> io::Result<()> {
+    stream.set_read_timeout(Some(PATIENCE))?;
+    stream.set_write_timeout(Some(PATIENCE))?;
+    let peer = rustix::net::sockopt::socket_peercred(stream)?;
+    let own = rustix::process::geteuid();
+    if peer.uid != own && !peer.uid.is_root() {
+        let refused = Answer::Refused(format!("only user {} and root may give orders", own.as_raw()));
+        return answer(stream, &refused);
+    }
+    let mut lines = BufReader::new(io::Read::take(stream, LONGEST)).lines();
+    while let Some(line) = lines.next().transpose()? {
+        let told = match order::read(&line) {
+            Err(why) => Answer::Refused(why),
+            Ok(order) => ask(order, orders),
+        };
+        answer(stream, &told)?;
+    }
+    Ok(())
+}
+
+fn ask(order: Order, orders: &Sender<Asked>) -> Answer {
+    let (answer, told) = mpsc::channel();
+    let is_sent = orders.send(Asked { order, answer }).is_ok();
+    let ends = || Answer::Refused("the simulator ends".to_owned());
+    if is_sent { told.recv_timeout(PATIENCE).unwrap_or_else(|_| ends()) } else { ends() }
+}
+
+fn answer(mut stream: &UnixStream, answer: &Answer) -> io::Result<()> {
+    let mut line = serde_json::to_string(answer).map_err(io::Error::other)?;
+    line.push('\n');
+    stream.write_all(line.as_bytes())
+}
+
+/// Gives an order to a simulator.
+///
+/// # Errors
+/// When nobody listens at the path, or no answer comes.
+pub fn tell(path: &Path, order: &Order) -> io::Result<Answer> {
+    let mut stream = UnixStream::connect(path)?;
+    stream.set_read_timeout(Some(PATIENCE))?;
+    let mut line = serde_json::to_string(order).map_err(io::Error::other)?;
+    line.push('\n');
+    stream.write_all(line.as_bytes())?;
+    let mut told = String::new();
+    BufReader::new(stream).read_line(&mut told)?;
+    serde_json::from_str(&told).map_err(io::Error::other)
+}
+
+/// Where the simulator behind an interface listens: in a folder that only its user may enter.
+///
+/// # Errors
+/// When the folder cannot be made, or belongs to somebody else.
+pub fn path_for(interface: &str) -> io::Result<PathBuf> {
+    let folder = match std::env::var_os("XDG_RUNTIME_DIR") {
+        Some(own) => PathBuf::from(own).join("bench"),
+        None => std::env::temp_dir().join(format!("bench-{}", rustix::process::geteuid().as_raw())),
+    };
+    fs::DirBuilder::new().recursive(true).mode(0o700).create(&folder)?;
+    let about = fs::metadata(&folder)?;
+    let owner = std::os::unix::fs::MetadataExt::uid(&about);
+    if owner != rustix::process::geteuid().as_raw() || about.permissions().mode() & 0o077 != 0 {
+        let why = format!("{} must belong to this user alone (mode 0700)", folder.display());
+        return Err(io::Error::new(ErrorKind::PermissionDenied, why));
+    }
+    Ok(folder.join(format!("sim-{interface}.sock")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A simulator that answers every order with its name.
+    fn serve_one(control: Control) -> std::thread::JoinHandle<Order> {
+        std::thread::spawn(move || {
+            loop {
+                if let Some(asked) = control.next() {
+                    let _ = asked.answer.send(Answer::Done("seen".to_owned()));
+                    // The answer is on its way before the socket goes.
+                    crate::clock::rest(Duration::from_millis(50));
+                    return asked.order;
+                }
+                crate::clock::nap();
+            }
+        })
+    }
+
+    #[test]
+    fn an_order_of_the_same_user_arrives_and_is_answered() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("sim.sock");
+        let control = Control::listen(&path).expect("listens");
+        let mode = fs::metadata(&path).expect("there").permissions().mode();
+        assert_eq!(mode & 0o777, 0o600);
+        let serving = serve_one(control);
+        assert_eq!(tell(&path, &Order::Status).expect("answered"), Answer::Done("seen".to_owned()));
+        assert_eq!(serving.join().expect("served"), Order::Status);
+        assert!(!path.exists(), "a simulator that ends takes its socket along");
+    }
+
+    #[test]
+    fn nonsense_is_refused_and_reaches_nobody() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("sim.sock");
+        let control = Control::listen(&path).expect("listens");
+        let mut stream = UnixStream::connect(&path).expect("connects");
+        stream.write_all(b"nonsense\n").expect("sent");
+        let mut told = String::new();
+        BufReader::new(&stream).read_line(&mut told).expect("answered");
+        assert!(told.contains("refused") && told.contains("an order is"), "{told}");
+        assert!(control.next().is_none());
+    }
+
+    #[test]
+    fn a_socket_that_was_left_behind_is_taken_over_and_a_living_one_is_not() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("sim.sock");
+        drop(UnixListener::bind(&path).expect("left behind"));
+        let _control = Control::listen(&path).expect("taken over");
+        let error = Control::listen(&path).err().expect("taken");
+        assert_eq!(error.kind(), ErrorKind::AddrInUse);
+    }
+}

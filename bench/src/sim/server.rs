@@ -1,0 +1,165 @@
+//! The loop of a served simulator: frames in, answers out, orders in between.
+
+use std::collections::VecDeque;
+use std::io;
+use std::sync::atomic::AtomicU16;
+use std::time::Duration;
+
+use drivers::wire::{EthernetLink, MAX_FRAME_BYTES};
+use sim_devices::ethercat::LineFault;
+use sim_devices::rig::Fault;
+
+use super::control::{Asked, Control};
+use super::order::{Answer, Order};
+use super::truth::{self, TruthLog};
+use crate::people::signals;
+use crate::site::{Contact, FarEnds};
+
+/// Longest wait for a frame: watchdogs must act and orders be taken without any.
+const LONGEST_WAIT: Duration = Duration::from_micros(500);
+/// Answers that wait to be sent late.
+const MOST_ANSWERS: usize = 4096;
+
+/// An answer that is not due yet.
+struct Late {
+    due: Duration,
+    frame: Vec<u8>,
+}
+
+/// What a simulator did, for its last words.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Served {
+    /// Frames that were answered.
+    pub(super) frames: u64,
+    /// Frames that were not: lost by a fault, malformed, foreign.
+    pub(super) unanswered: u64,
+    /// Answers that the interface did not take.
+    pub(super) unsent: u64,
+    /// Contacts with end stops.
+    pub(super) contacts: Vec<Contact>,
+}
+
+/// A simulator that is served over an interface.
+pub(super) struct Server<L: EthernetLink> {
+    link: L,
+    far_ends: FarEnds,
+    late: VecDeque<Late>,
+    truth: Option<TruthLog>,
+    next_row: Duration,
+    served: Served,
+}
+
+impl<L: EthernetLink> Server<L> {
+    /// A server of these far ends.
+    pub(super) fn new(link: L, far_ends: FarEnds, truth: Option<TruthLog>) -> Self {
+        let next_row = link.now();
+        Self { link, far_ends, late: VecDeque::new(), truth, next_row, served: Served::default() }
+    }
+
+    /// Serves until an order or a signal ends it.
+    ///
+    /// # Errors
+    /// When the interface is gone.
+    pub(super) fn serve(mut self, control: &Control, stop: &AtomicU16) -> io::Result<(Served, Option<TruthLog>)> {
+        let mut frame = [0; MAX_FRAME_BYTES];
+        loop {
+            let now = self.link.now();
+            let next = self.late.front().map_or(now + LONGEST_WAIT, |late| late.due.min(now + LONGEST_WAIT));
+            self.link.wait(next)?;
+            while let Some(count) = self.link.receive(&mut frame)? {
+                self.take(&mut frame[..count]);
+            }
+            let now = self.link.now();
+            self.send_late(now);
+            self.far_ends.line.advance(now);
+            self.keep_truth(now);
+            while let Some(asked) = control.next() {
+                if self.obey(asked, now) {
+                    return Ok(self.end());
+                }
+            }
+            if signals::exit_code(stop) != 0 {
+                return Ok(self.end());
+            }
+        }
+    }
+
+    fn end(mut self) -> (Served, Option<TruthLog>) {
+        self.served.contacts = self.far_ends.world.surroundings().contacts();
+        (self.served, self.truth)
+    }
+
+    /// A frame arrives.
+    fn take(&mut self, frame: &mut [u8]) {
+        let now = self.link.now();
+        let passage = self.far_ends.line.pass(now, frame);
+        if passage.answers == 0 {
+            self.served.unanswered += 1;
+            return;
+        }
+        self.served.frames += 1;
+        let answer = &frame[..passage.bytes];
+        for _ in 0..passage.answers {
+            if passage.after.is_zero() {
+                self.served.unsent += u64::from(self.link.send(answer).is_err());
+            } else if self.late.len() < MOST_ANSWERS {
+                let due = now + passage.after;
+                let place = self.late.partition_point(|earlier| earlier.due <= due);
+                self.late.insert(place, Late { due, frame: answer.to_vec() });
+            }
+        }
+    }
+
+    fn send_late(&mut self, now: Duration) {
+        while let Some(late) = self.late.pop_front_if(|late| late.due <= now) {
+            self.served.unsent += u64::from(self.link.send(&late.frame).is_err());
+        }
+    }
+
+    fn keep_truth(&mut self, now: Duration) {
+        if let Some(truth) = &mut self.truth
+            && now >= self.next_row
+        {
+            truth.row(now, &self.far_ends.world.truth());
+            self.next_row = now + Duration::from_secs(1) / truth::RATE_HZ;
+        }
+    }
+
+    /// Does what was asked for; true if that is the end.
+    fn obey(&mut self, asked: Asked, now: Duration) -> bool {
+        let done = || Ok("done".to_owned());
+        let result = match &asked.order {
+            Order::Wire(fault) => self.far_ends.line.inject(now, LineFault::from(*fault)).and_then(|()| done()),
+            Order::World(fault) => {
+                let scheduled = self.far_ends.world.schedule(now, Fault::from(*fault));
+                scheduled.map_err(|error| error.to_string()).and_then(|()| done())
+            }
+            Order::Bring(case) => {
+                self.far_ends.world.surroundings().bring(case);
+                done()
+            }
+            Order::Status => Ok(self.status(now)),
+            Order::Stop => Ok("the simulator ends".to_owned()),
+        };
+        let answer = result.map_or_else(Answer::Refused, Answer::Done);
+        // A client that hung up needs no answer.
+        let _ = asked.answer.send(answer);
+        asked.order == Order::Stop
+    }
+
+    fn status(&mut self, now: Duration) -> String {
+        let axes = self.far_ends.world.truth();
+        let place = |axis: &sim_devices::rig::AxisTruth| {
+            format!("{} {:.6} rad {:.6} rad/s", axis.name, axis.angle_rad, axis.rate_rad_per_s)
+        };
+        let places: Vec<String> = axes.iter().map(place).collect();
+        let contacts = self.far_ends.world.surroundings().contacts().len();
+        format!(
+            "{:.3} s; {} frames answered, {} not; {}; {contacts} contacts with end stops",
+            now.as_secs_f64(),
+            self.served.frames,
+            self.served.unanswered,
+            places.join(", ")
+        )
+    }
+}

@@ -1,0 +1,135 @@
+//! Real wires, real time, one session: simulated devices that `bench sim` serves, or the director. Both differ in nothing but
+//! what the identities say.
+
+use std::cell::RefCell;
+use std::path::PathBuf;
+use std::rc::Rc;
+use std::time::Duration;
+
+use controllers::DirectorGains;
+use drivers::device::DeviceError;
+use drivers::wire::ethercat::{EtherCatBus, EtherCatSettings};
+use drivers::wire::{Fieldbus, PacketSocket};
+use procedures::case::Case;
+
+use super::interface::{self, Interface, Kernel};
+use super::terminal::{CardImage, TerminalCard, WithTerminals};
+use super::{BusGrounds, Contact, Opened, Purpose, Site, Surroundings};
+use crate::clock::{self, Clock};
+use crate::model::address::Address;
+use crate::model::rig::Rig;
+use crate::rig::OpenRig;
+use crate::rig::wires::{Ports, Wires};
+use crate::sim;
+
+/// How long an interface must be silent before this program sends the first frame.
+const SILENCE: Duration = Duration::from_millis(100);
+
+/// The site of the wired and of the hardware tier.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct WiredSite;
+
+impl Site for WiredSite {
+    fn keeps_session(&self) -> bool {
+        true
+    }
+
+    /// Nothing of the purpose is read: devices are as they are.
+    fn open(&self, rig: &Rig, gains: &DirectorGains, _purpose: &Purpose<'_>) -> Result<Opened, DeviceError> {
+        let name = rig.interface().ok_or_else(|| DeviceError::Bus {
+            device: format!("rig `{}`", rig.id),
+            reason: "its drives have no network interface; give each axis `ports = { bus = \"ethercat:enp3s0/1001\" }`"
+                .to_owned(),
+        })?;
+        let interface = checked(name)?;
+        let clock = Clock::real();
+        let link = PacketSocket::open(name, Box::new(move || clock.now()))?;
+        let bus = EtherCatBus::open(Box::new(link), settings(rig, name))?;
+        let (ports, images) = terminals(rig);
+        let bus: Box<dyn Fieldbus> = Box::new(WithTerminals::new(bus, images));
+        let bus_name = bus.name().to_owned();
+        let rig = OpenRig::open(Wires { bus, ports }, rig, gains, &clock)?;
+        let surroundings = Box::new(AroundWires { control: interface.peer.clone() });
+        Ok(Opened { bus: bus_name, grounds: grounds(&interface), rig, clock, surroundings })
+    }
+}
+
+/// What the interface says about whether there is hardware behind it.
+fn grounds(interface: &Interface) -> BusGrounds {
+    let name = &interface.name;
+    let text = match (interface.is_physical, interface.is_pair) {
+        (true, _) => format!("interface {name} has a physical device"),
+        (false, true) => format!("interface {name} is one end of a pair of virtual interfaces"),
+        (false, false) => format!("interface {name} is virtual"),
+    };
+    BusGrounds { is_physical: interface.is_physical, text }
+}
+
+/// An interface that nothing else uses.
+fn checked(name: &str) -> Result<Interface, DeviceError> {
+    let kernel = Kernel::default();
+    let interface = kernel.interface(name)?;
+    kernel.check_unused(name, &drivers::wire::addresses(name)?)?;
+    let before = kernel.received(name);
+    clock::rest(SILENCE);
+    interface::check_silent(name, before, kernel.received(name))?;
+    Ok(interface)
+}
+
+/// What the bus is told: the shortest watchdog that a rig's axis asks for holds for all its stations.
+fn settings(rig: &Rig, interface: &str) -> EtherCatSettings {
+    let watchdog_s = rig.axes.iter().map(|axis| axis.guard.safety.watchdog_s).fold(f64::INFINITY, f64::min);
+    let usual = EtherCatSettings::usual(&format!("EtherCAT on {interface}"), 1.0 / rig.loop_rate_hz);
+    EtherCatSettings { watchdog_s, ..usual }
+}
+
+/// Ports of the terminals that the devices of a rig name, and what bus and ports share.
+fn terminals(rig: &Rig) -> (Ports, Vec<(u16, Rc<RefCell<CardImage>>)>) {
+    let mut ports = Ports::default();
+    let mut images = Vec::new();
+    for (text, station) in terminal_addresses(rig) {
+        let image = Rc::new(RefCell::new(CardImage::default()));
+        ports = ports.with_card(&text, Box::new(TerminalCard::new(&text, Rc::clone(&image))));
+        images.push((station, image));
+    }
+    (ports, images)
+}
+
+/// Addresses of the terminals of a rig, each once, as devices write them.
+pub(super) fn terminal_addresses(rig: &Rig) -> Vec<(String, u16)> {
+    let mut found: Vec<(String, u16)> = Vec::new();
+    for text in rig.devices.iter().flat_map(|device| device.ports.values()) {
+        if let Ok(Address::EtherCat { station, .. }) = Address::parse(text)
+            && !found.iter().any(|(known, _)| known == text)
+        {
+            found.push((text.clone(), station));
+        }
+    }
+    found
+}
+
+/// What is around a rig on real wires: people, or the simulator at the far end.
+struct AroundWires {
+    /// Interface of a simulator at the far end.
+    control: Option<String>,
+}
+
+impl Surroundings for AroundWires {
+    /// Only the simulator knows; its own log tells.
+    fn contacts(&self) -> Vec<Contact> {
+        Vec::new()
+    }
+
+    /// A simulator is told by another thread, so that nothing waits for it; where there is none, prompts have asked people.
+    fn bring(&mut self, case: &Case) {
+        if case.target.is_none() && case.pull.is_none() && case.fine_frame_rate_hz.is_none() {
+            return;
+        }
+        let Some(path) = self.control.as_deref().and_then(|name| sim::path_for(name).ok()) else { return };
+        let order = sim::Order::Bring(Box::new(case.clone()));
+        let tell = move |path: PathBuf| {
+            let _ = sim::tell(&path, &order);
+        };
+        let _ = std::thread::Builder::new().name("scenery".to_owned()).spawn(move || tell(path));
+    }
+}
