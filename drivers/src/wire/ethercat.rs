@@ -51,8 +51,9 @@ use super::{
 };
 use crate::device::DeviceError;
 
-/// Without an exchange for so long, nobody exchanges: acyclic transfers drive themselves.
+/// Without an exchange for so long and for so many cycles, nobody exchanges: acyclic transfers drive themselves.
 const NOT_CYCLIC_AFTER: Duration = Duration::from_millis(10);
+const NOT_CYCLIC_AFTER_CYCLES: f64 = 4.0;
 /// How long a look at a transfer may take outside of the cycle.
 const LOOK_LIMIT: Duration = Duration::from_millis(1);
 /// How long a change of state may take outside of the cycle.
@@ -134,8 +135,9 @@ impl EtherCatBus {
 
     /// Whether exchanges are going on, so that acyclic datagrams go with them.
     fn is_cyclic(&self, now: Duration) -> bool {
-        self.mapped.is_some()
-            && self.last_exchange.is_some_and(|last| now.saturating_sub(last) < NOT_CYCLIC_AFTER)
+        let cycles = Duration::from_secs_f64(NOT_CYCLIC_AFTER_CYCLES * self.settings.cycle_s);
+        let limit = NOT_CYCLIC_AFTER.max(cycles);
+        self.mapped.is_some() && self.last_exchange.is_some_and(|last| now.saturating_sub(last) < limit)
     }
 
     /// Passes acyclic datagrams until `is_over` or for `limit`.
@@ -208,12 +210,13 @@ impl Fieldbus for EtherCatBus {
         self.configure()
     }
 
-    /// Asks for a state. While exchanges go on, each of them carries one request, and nothing waits; otherwise the stations
-    /// are waited for, at most 0.5 s. Before [`Fieldbus::map`] there is no way up.
+    /// Asks for a state. While exchanges go on, each of them carries one request, and nothing waits. OP always needs
+    /// exchanges; for a lower state without exchanges the stations are waited for, at most 0.5 s. Before [`Fieldbus::map`]
+    /// there is no way up.
     fn request(&mut self, state: BusState) {
         let target = if self.mapped.is_some() { AlState::from(state) } else { AlState::PreOp };
         self.supervisor.request(target);
-        if !self.is_cyclic(self.pump.link.now()) {
+        if target < AlState::Op && !self.is_cyclic(self.pump.link.now()) {
             self.drive(CHANGE_LIMIT, |bus| !bus.supervisor.is_changing());
         }
     }

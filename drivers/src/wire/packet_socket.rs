@@ -34,7 +34,8 @@ impl PacketSocket {
     /// Opens the interface `name`. The clock gives the time since the start of the run, of the monotonic clock.
     ///
     /// # Errors
-    /// When there is no such interface, it is down or without a link, or the program may not open packet sockets.
+    /// When there is no such interface, it is down, without a link or has an IP address, or the program may not open packet
+    /// sockets.
     pub fn open(name: &str, clock: Box<dyn Fn() -> Duration>) -> Result<Self, DeviceError> {
         Self::bound(name, clock, true)
     }
@@ -52,6 +53,7 @@ impl PacketSocket {
         let interfaces: Vec<_> =
             getifaddrs().map_err(|error| failed("interfaces cannot be listed", error.into()))?.collect();
         let interface = find(name, &interfaces)?;
+        refuse_addresses(name, &interfaces)?;
         let protocol = NonZeroU32::new(u32::from(ETHERTYPE.to_be())).map(Protocol::from_raw);
         let flags = SocketFlags::NONBLOCK | SocketFlags::CLOEXEC;
         let socket = rustix::net::socket_with(AddressFamily::PACKET, SocketType::RAW, flags, protocol)
@@ -169,6 +171,23 @@ fn find<'a>(name: &str, interfaces: &'a [InterfaceAddress]) -> Result<&'a Interf
     Ok(found)
 }
 
+/// Refuses an interface that is in use for something else: one with an IP address, apart from IPv6's link-local ones.
+fn refuse_addresses(name: &str, interfaces: &[InterfaceAddress]) -> Result<(), DeviceError> {
+    for found in interfaces.iter().filter(|found| found.interface_name == name) {
+        let Some(address) = &found.address else { continue };
+        let v4 = address.as_sockaddr_in().map(|v4| v4.ip().to_string());
+        let v6 = address.as_sockaddr_in6().map(|v6| v6.ip()).filter(|ip| !ip.is_unicast_link_local());
+        if let Some(ip) = v4.or_else(|| v6.map(|ip| ip.to_string())) {
+            let reason = format!(
+                "the interface has the IP address {ip}: EtherCAT needs one of its own; run `ip address flush dev {name}` if \
+                 nothing else uses it, or correct the interface in the rig file"
+            );
+            return Err(failure(name, reason));
+        }
+    }
+    Ok(())
+}
+
 /// The error of a socket that could not be opened.
 fn refused(name: &str, error: io::Error) -> DeviceError {
     let help = match error.kind() {
@@ -215,6 +234,13 @@ mod tests {
             "{text}"
         );
         assert!(text.contains("lo"), "{text}");
+    }
+
+    #[test]
+    fn an_interface_with_an_ip_address_is_refused() {
+        let text = PacketSocket::open("lo", Box::new(|| Duration::ZERO)).err().map(|error| error.to_string());
+        let text = text.unwrap_or_default();
+        assert!(text.contains("127.0.0.1") || text.contains("the interface is down"), "{text}");
     }
 
     #[test]

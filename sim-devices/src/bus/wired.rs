@@ -42,6 +42,11 @@ impl<P: Plant> VirtualBus<P> {
 
     /// A drive's end of the bus enters a state.
     pub(crate) fn enter(&mut self, k: usize, state: BusState) {
-        self.stations.as_mut()[k].drive.set_bus_state(state);
+        let step = self.steps_count;
+        let drive = &mut self.stations.as_mut()[k].drive;
+        if state == BusState::Op {
+            drive.start_watchdog(step);
+        }
+        drive.set_bus_state(state);
     }
 }

@@ -137,6 +137,12 @@ impl Drive {
         self.schedule();
     }
 
+    /// The process-data watchdog counts from `step`: its end of the bus has entered OP, and outputs come with the next SYNC0.
+    pub(crate) fn start_watchdog(&mut self, step: u64) {
+        self.fed_step = self.fed_step.max(step);
+        self.schedule();
+    }
+
     /// Abort connection option 6007h. Without torque there is nothing to stop, but option 1 is a fault all the same.
     fn lose_connection(&mut self) {
         let torque = self.state.has_torque();

@@ -138,6 +138,8 @@ struct Station {
 #[derive(Debug)]
 pub(super) struct Supervisor {
     stations: Vec<Station>,
+    /// OP is asked for no earlier: before its SYNC0 comes, a station cannot use its outputs.
+    op_from: Duration,
 }
 
 impl Supervisor {
@@ -153,7 +155,12 @@ impl Supervisor {
             is_unexplained: false,
             look_at: Duration::ZERO,
         };
-        Self { stations: names.into_iter().map(station).collect() }
+        Self { stations: names.into_iter().map(station).collect(), op_from: Duration::ZERO }
+    }
+
+    /// Asks for OP no earlier than at `from`.
+    pub(super) fn hold_op_until(&mut self, from: Duration) {
+        self.op_from = from;
     }
 
     /// The lowest state of all stations.
@@ -206,7 +213,8 @@ impl Supervisor {
                 return Some(AlPdu::Write { station: k, control: station.state as u8 | ERROR });
             }
             let step = station.state.towards(target);
-            if station.written != Some(step) {
+            let is_held = step == AlState::Op && now < self.op_from;
+            if station.written != Some(step) && !is_held {
                 return Some(AlPdu::Write { station: k, control: step as u8 });
             }
         }
@@ -235,15 +243,15 @@ impl Supervisor {
         }
     }
 
-    /// Takes AL status and code of a station; a new error, if there is one.
+    /// Takes AL status and code of a station; what it says if it refuses a state or has left one.
     pub(super) fn read(&mut self, now: Duration, station: usize, status: [u8; 6]) -> Option<AlError> {
         let station = self.stations.get_mut(station)?;
         station.look_at = now + LOOK_EVERY;
         station.state = AlState::of(status[0]);
         station.has_error = status[0] & ERROR != 0;
         let code = u16::from_le_bytes([status[4], status[5]]);
-        let is_new =
-            station.has_error && (station.is_unexplained || station.target.is_some() || station.code != code);
+        let has_news = station.target.is_some() || station.code != code;
+        let is_new = station.is_unexplained || (station.has_error && has_news);
         station.is_unexplained = false;
         station.code = code;
         if station.target == Some(station.state) || station.has_error {
@@ -288,6 +296,16 @@ mod tests {
         let first = supervisor.next(NOW);
         supervisor.written(NOW, 0, 8, false);
         assert_eq!(supervisor.next(NOW), first);
+    }
+
+    #[test]
+    fn op_waits_for_the_first_sync0() {
+        let mut supervisor = two();
+        supervisor.hold_op_until(NOW);
+        supervisor.request(AlState::Op);
+        let write = Some(AlPdu::Write { station: 0, control: 8 });
+        assert_ne!(supervisor.next(NOW - Duration::from_millis(1)), write);
+        assert_eq!(supervisor.next(NOW), write);
     }
 
     #[test]

@@ -12,7 +12,8 @@ const STEP_LIMIT: Duration = Duration::from_millis(500);
 const LOOK_EVERY: Duration = Duration::from_millis(1);
 
 impl EtherCatBus {
-    /// Brings all stations down to INIT, one state after the other. Takes at most 1.5 s.
+    /// Brings all stations down to INIT, one state after the other. Takes at most 1.5 s, and 40 ms for each station that
+    /// does not answer.
     ///
     /// # Errors
     /// When a station does not follow; the others have been brought down as far as they go.
@@ -22,40 +23,54 @@ impl EtherCatBus {
 
     fn shut_down(&mut self) -> Result<(), DeviceError> {
         self.is_closed = true;
+        let mut present: Vec<usize> = (0..self.stations.len()).collect();
+        let mut outcome = Ok(());
         for target in [AlState::SafeOp, AlState::PreOp, AlState::Init] {
-            self.lower(target)?;
-        }
-        self.supervisor.set_all(AlState::Init);
-        Ok(())
-    }
-
-    /// Brings every station that is higher down to `target`.
-    fn lower(&mut self, target: AlState) -> Result<(), DeviceError> {
-        let deadline = self.pump.link.now() + STEP_LIMIT;
-        for k in 0..self.stations.len() {
-            let address = self.stations[k].configured_address;
-            let mut is_asked = false;
-            loop {
-                let [status, ..] = self.read_register::<6>(address, al::STATUS)?;
-                let state = AlState::of(status);
-                if state <= target {
-                    break;
-                }
-                let now = self.pump.link.now();
-                if now >= deadline {
-                    let (number, name) = (self.stations[k].station, state.name());
-                    let target = target.name();
-                    return Err(self
-                        .failure(format!("station {number} stays in {name} instead of going to {target}")));
-                }
-                if !is_asked {
-                    self.write_register(address, al::CONTROL, &[target as u8 | (status & al::ERROR), 0])?;
-                    is_asked = true;
-                }
-                self.pump.reach(now + LOOK_EVERY).map_err(|error| self.failure(error.to_string()))?;
+            let deadline = self.pump.link.now() + STEP_LIMIT;
+            // All are asked before any is waited for: a station must not miss its outputs meanwhile.
+            for step in [Self::ask_down, Self::wait_down] {
+                present.retain(|&k| {
+                    let done = step(self, k, target, deadline);
+                    let is_done = done.is_ok();
+                    if outcome.is_ok() {
+                        outcome = done;
+                    }
+                    is_done
+                });
             }
         }
-        Ok(())
+        outcome
+    }
+
+    /// Asks a station that is higher for `target`.
+    fn ask_down(&mut self, k: usize, target: AlState, _deadline: Duration) -> Result<(), DeviceError> {
+        let address = self.stations[k].configured_address;
+        let [status, ..] = self.read_register::<6>(address, al::STATUS)?;
+        if AlState::of(status) <= target {
+            return Ok(());
+        }
+        self.write_register(address, al::CONTROL, &[target as u8 | (status & al::ERROR), 0])
+    }
+
+    /// Waits until a station is no higher than `target`.
+    fn wait_down(&mut self, k: usize, target: AlState, deadline: Duration) -> Result<(), DeviceError> {
+        let address = self.stations[k].configured_address;
+        loop {
+            let [status, ..] = self.read_register::<6>(address, al::STATUS)?;
+            let state = AlState::of(status);
+            if state <= target {
+                return Ok(());
+            }
+            let now = self.pump.link.now();
+            if now >= deadline {
+                let number = self.stations[k].station;
+                let [state, target] = [state, target].map(AlState::name);
+                return Err(
+                    self.failure(format!("station {number} stays in {state} instead of going to {target}"))
+                );
+            }
+            self.pump.reach(now + LOOK_EVERY).map_err(|error| self.failure(error.to_string()))?;
+        }
     }
 }
 

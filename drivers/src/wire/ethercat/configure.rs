@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use ethercrab::DcSync;
 use ethercrab::error::Error;
-use ethercrab::subdevice_group::{DcConfiguration, NoDc, PreOp, PreOpPdi};
+use ethercrab::subdevice_group::{DcConfiguration, NoDc, PreOpPdi};
 
 use super::al::AlState;
 use super::group::{Group, Stage, capacity};
@@ -32,6 +32,7 @@ type Mapping = Box<Stage<PreOpPdi, NoDc>>;
 
 impl EtherCatBus {
     pub(super) fn configure(&mut self) -> Result<(ProcessImage, Vec<(u16, Slot)>), DeviceError> {
+        let sync0_positions = self.sync0_positions()?;
         let mut group = match std::mem::replace(&mut self.group, Group::Gone) {
             Group::PreOp(group) => group,
             mapped => {
@@ -41,7 +42,10 @@ impl EtherCatBus {
                 );
             }
         };
-        self.choose_clocks(&mut group);
+        for (k, mut station) in group.iter_mut(&self.main).enumerate() {
+            let has_sync0 = sync0_positions.contains(&k);
+            station.set_dc_sync(if has_sync0 { DcSync::Sync0 } else { DcSync::Disabled });
+        }
         let done = run(&mut self.pump, STEP_LIMIT, group.into_pre_op_pdi(&self.main));
         let group = Box::new(done.map_err(|why| self.failed("process data cannot be mapped", why))?);
         let mapped = self.lay_out(&group)?;
@@ -55,29 +59,40 @@ impl EtherCatBus {
         Ok((image, slots))
     }
 
-    /// Marks the stations that get SYNC0.
-    fn choose_clocks(&self, group: &mut Stage<PreOp, NoDc>) {
-        for mut station in group.iter_mut(&self.main) {
-            let has_sync0 = self.settings.distributed_clocks.is_some() && station.dc_support().enhanced();
-            station.set_dc_sync(if has_sync0 { DcSync::Sync0 } else { DcSync::Disabled });
+    /// The positions of the stations that get SYNC0, counted from 0; none without distributed clocks.
+    fn sync0_positions(&self) -> Result<Vec<usize>, DeviceError> {
+        let Some(clocks) = &self.settings.distributed_clocks else { return Ok(Vec::new()) };
+        let failure = |expected: String, found: String, help| DeviceError::Field {
+            device: self.name.clone(),
+            field: "distributed clocks",
+            expected,
+            found,
+            help,
+        };
+        let position = |number: &u16| {
+            let found =
+                self.stations.iter().position(|station| station.station == *number && station.has_sync0);
+            let help = "correct the stations with SYNC0 in the rig file";
+            found.ok_or_else(|| {
+                failure(format!("a station {number} that can make SYNC0"), "none".to_owned(), help)
+            })
+        };
+        let named: Vec<_> = clocks.sync0_stations.iter().map(position).collect::<Result<_, _>>()?;
+        let able = self.stations.iter().enumerate().filter(|(_, station)| station.has_sync0).map(|(k, _)| k);
+        let chosen = if named.is_empty() { able.collect() } else { named };
+        if chosen.is_empty() {
+            let help = "set distributed clocks off for this bus";
+            return Err(failure("at least one station with SYNC0".to_owned(), "none".to_owned(), help));
         }
+        Ok(chosen)
     }
 
     /// Brings the stations into SAFE-OP, with SYNC0 if distributed clocks are on.
     fn enter_safe_op(&mut self, group: Mapping) -> Result<Group, DeviceError> {
-        let Some(clocks) = self.settings.distributed_clocks else {
+        let Some(clocks) = &self.settings.distributed_clocks else {
             let done = run(&mut self.pump, STEP_LIMIT, group.into_safe_op(&self.main));
             return done.map(|group| Group::Free(Box::new(group))).map_err(|why| self.not_safe_op(why));
         };
-        if !self.stations.iter().any(|station| station.has_sync0) {
-            return Err(DeviceError::Field {
-                device: self.name.clone(),
-                field: "distributed clocks",
-                expected: "at least one station with SYNC0".to_owned(),
-                found: "none".to_owned(),
-                help: "set distributed clocks off for this bus",
-            });
-        }
         let timing = DcConfiguration {
             start_delay: Duration::from_secs_f64(clocks.start_delay_s),
             sync0_period: Duration::from_secs_f64(clocks.sync0_period_s),
@@ -85,6 +100,7 @@ impl EtherCatBus {
         };
         let clocked = run(&mut self.pump, STEP_LIMIT, group.configure_dc_sync(&self.main, timing));
         let clocked = clocked.map_err(|why| self.failed("distributed clocks cannot be set", why))?;
+        self.supervisor.hold_op_until(self.pump.link.now() + timing.start_delay + timing.sync0_period);
         let done = run(&mut self.pump, STEP_LIMIT, clocked.into_safe_op(&self.main));
         done.map(|group| Group::Synchronised(Box::new(group))).map_err(|why| self.not_safe_op(why))
     }

@@ -18,6 +18,10 @@ use crate::device::DeviceError;
 const START_LIMIT: Duration = Duration::from_secs(60);
 /// Longest wait for the first reply.
 const COUNT_LIMIT: Duration = Duration::from_millis(200);
+/// Longest read out of a station's SII.
+const SII_LIMIT: Duration = Duration::from_secs(1);
+/// What ethercrab's name begins with where the SII has no order code; the device's own name is then the better one.
+const NO_ORDER_CODE: &str = "manu. ";
 /// Configured address of the first station.
 const FIRST_ADDRESS: u16 = 0x1000;
 /// Register of sync manager 0; each has 8 bytes.
@@ -43,7 +47,8 @@ impl EtherCatBus {
         // ethercrab's handles borrow their store and cannot be put back into it: it stays for the rest of the program.
         let store: &'static PduStorage<SLOTS, MAX_FRAME_BYTES> = Box::leak(Box::new(PduStorage::new()));
         let (tx, rx, pdu_loop) = store.try_split().expect("a new store has not been split");
-        let iterations = settings.distributed_clocks.map_or(0, |clocks| clocks.static_sync_iterations);
+        let iterations =
+            settings.distributed_clocks.as_ref().map_or(0, |clocks| clocks.static_sync_iterations);
         let timeouts = Timeouts {
             eeprom: Duration::from_millis(100),
             wait_loop_delay: Duration::from_micros(500),
@@ -102,6 +107,7 @@ impl EtherCatBus {
 
     fn find_stations(&mut self) -> Result<(), DeviceError> {
         (self.group, self.mapped, self.clock, self.last_exchange) = (Group::Gone, None, None, None);
+        self.supervisor.set_all(AlState::Init);
         let count = self.count_stations()?;
         let starting = self.main.init_single_group::<MOST_STATIONS, MOST_BYTES>(clock::now_ns);
         let group = match run(&mut self.pump, START_LIMIT, starting) {
@@ -167,12 +173,18 @@ impl EtherCatBus {
         let mut areas = Vec::new();
         for (position, found) in (1..).zip(group.iter(&self.main)) {
             let identity = found.identity();
+            let mut name = found.name().to_owned();
+            if name.starts_with(NO_ORDER_CODE)
+                && let Ok(Some(described)) = run(&mut self.pump, SII_LIMIT, found.description())
+            {
+                name = described.as_str().to_owned();
+            }
             stations.push(StationInfo {
                 station: StationInfo::number(found.alias_address(), position),
                 position,
                 configured_address: found.configured_address(),
                 alias: found.alias_address(),
-                name: found.name().to_owned(),
+                name,
                 vendor: identity.vendor_id,
                 product: identity.product_id,
                 revision: identity.revision,

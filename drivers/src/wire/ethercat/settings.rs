@@ -27,9 +27,11 @@ pub struct EtherCatSettings {
 }
 
 /// Distributed clocks of a bus.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct DistributedClocks {
-    /// Period of SYNC0 on every station that has it.
+    /// Stations that get SYNC0; empty gives it to every station that can have it.
+    pub sync0_stations: Vec<u16>,
+    /// Period of SYNC0.
     pub sync0_period_s: f64,
     /// When a frame should pass the reference clock, after SYNC0.
     pub sync0_shift_s: f64,
@@ -64,6 +66,7 @@ impl EtherCatSettings {
             reply_timeout_s: (cycle_s / 2.0).min(MOST_REPLY_S),
             watchdog_s: 0.02,
             distributed_clocks: Some(DistributedClocks {
+                sync0_stations: Vec::new(),
                 sync0_period_s: cycle_s,
                 sync0_shift_s: cycle_s / 2.0,
                 start_delay_s: 0.1,
