@@ -75,7 +75,7 @@ fn allocations(moves: usize) -> (u64, PointOutcome) {
     let start = StartState { az_rad: 0.0, el_rad: 0.3, heat_sink_degc: 40.0 };
     let simulated = SimulatedRig::new(&UnitSettings::default(), &address, start);
     let mut rig = OpenRig::open(uncounted::wires(&simulated), &rig_file, &gains, &Clock::Virtual)
-        .and_then(OpenRig::arm)
+        .and_then(|rig| rig.arm(&Clock::Virtual))
         .expect("a healthy rig");
     let loops = AxisLoop::of_rig(&rig_file, &gains);
     let stop = AtomicU16::new(0);

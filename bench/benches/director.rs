@@ -77,7 +77,7 @@ fn one_round(rig: &Rig, unit: &UnitSettings, log_rate_hz: Option<f64>) -> f64 {
     let start = StartState { az_rad: 0.0, el_rad: 0.5, heat_sink_degc: 40.0 };
     let simulated = SimulatedRig::new(unit, &address, start);
     let mut armed = OpenRig::open(Wires::simulated(&simulated), rig, &gains, &Clock::Virtual)
-        .and_then(OpenRig::arm)
+        .and_then(|rig| rig.arm(&Clock::Virtual))
         .expect("a healthy rig");
     let loops = AxisLoop::of_rig(rig, &gains);
     let stop = AtomicU16::new(0);

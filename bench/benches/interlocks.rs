@@ -77,7 +77,7 @@ fn measured(rig_file: &Rig) -> Vec<f64> {
     let start = StartState { az_rad: 0.0, el_rad: 0.5, heat_sink_degc: 40.0 };
     let simulated = SimulatedRig::new(&UnitSettings::default(), &address, start);
     let mut rig = OpenRig::open(Wires::simulated(&simulated), rig_file, &gains, &Clock::Virtual)
-        .and_then(OpenRig::arm)
+        .and_then(|rig| rig.arm(&Clock::Virtual))
         .expect("a healthy rig");
     let loops = AxisLoop::of_rig(rig_file, &gains);
     let case = case();

@@ -103,11 +103,12 @@ impl OpenRig {
         &self.instruments
     }
 
-    /// Maps the process data and asks for SAFE-OP: inputs become valid, outputs are still ignored.
+    /// Maps the process data and asks for SAFE-OP: inputs become valid, outputs are still ignored. That takes time on a wire,
+    /// and the ticks begin after it.
     ///
     /// # Errors
     /// When a mapping is invalid or a drive has no slot.
-    pub fn arm(mut self) -> Result<ArmedRig, DeviceError> {
+    pub fn arm(mut self, clock: &Clock) -> Result<ArmedRig, DeviceError> {
         let (image, slots) = self.bus.map()?;
         for drive in &mut self.drives {
             let station = drive.settings().station;
@@ -119,6 +120,7 @@ impl OpenRig {
             drive.attach(slot);
         }
         self.bus.request(BusState::SafeOp);
+        self.opened_at = self.opened_at.max(clock.now());
         let axes = self.drives.len();
         let mut armed = ArmedRig {
             stated_rad_per_s2: self.stated_rad_per_s2,

@@ -7,6 +7,7 @@ mod order;
 mod server;
 mod truth;
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicU16;
 use std::time::Duration;
@@ -36,6 +37,8 @@ pub struct Settings<'a> {
     pub unit: &'a Unit,
     /// Seed of everything random.
     pub seed: u64,
+    /// Where the axes stand at the start, by name; an axis that is not named stands at 0.
+    pub pose_rad: BTreeMap<String, f64>,
     /// Interface of the far end; the other end of the rig's own pair of virtual interfaces if left out.
     pub interface: Option<String>,
     /// Control socket; one in the user's own folder if left out.
@@ -101,7 +104,8 @@ pub fn serve(settings: &Settings<'_>, stop: &AtomicU16, say: &mut dyn FnMut(&str
     let clock = Clock::real();
     let link = PacketSocket::far_end(&name, Box::new(move || clock.now()))?;
     let units = Units { unit: settings.unit, built: &[] };
-    let purpose = Purpose { seed: settings.seed, procedure: "sim", ..Purpose::default() };
+    let pose_rad = settings.pose_rad.clone();
+    let purpose = Purpose { seed: settings.seed, procedure: "sim", pose_rad, ..Purpose::default() };
     let far_ends = units.far_ends(settings.rig, &purpose)?;
     let axes: Vec<String> = far_ends.world.truth().into_iter().map(|axis| axis.name).collect();
     let open = |path: &PathBuf| TruthLog::create(path, settings.rig, &axes, settings.seed);

@@ -90,7 +90,7 @@ impl Bed {
         wires.bus = (self.wrap)(wires.bus);
         let gains = parameters::load(&self.rig).expect("shipped parameters");
         let mut armed = OpenRig::open(wires, &self.rig, &gains, &Clock::Virtual)
-            .and_then(OpenRig::arm)
+            .and_then(|rig| rig.arm(&Clock::Virtual))
             .expect("a healthy rig");
         let settings = PointSettings::for_case(&self.rig, &self.case);
         armed.change_before_ticks(&settings, &Clock::Virtual).expect("settings that every device takes");

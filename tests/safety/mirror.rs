@@ -23,7 +23,7 @@ fn the_mirror_is_back_in_its_middle_within_100_ms_of_the_end() {
     let rig = rig(&[]);
     let gains = parameters::load(&rig).expect("shipped parameters");
     let mut armed = OpenRig::open(Wires::simulated(&simulated), &rig, &gains, &Clock::Virtual)
-        .and_then(OpenRig::arm)
+        .and_then(|rig| rig.arm(&Clock::Virtual))
         .expect("a healthy rig");
     let mut now = armed.ready();
     armed.devices_mut().command_mirror([5e-4, -5e-4]);

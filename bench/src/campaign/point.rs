@@ -107,7 +107,7 @@ pub(super) fn one_point<'a>(
         pose_rad: case.start_pose_rad.clone(),
     };
     let opened = setup.site.open(rig_file, &gains, &purpose)?;
-    let mut rig = opened.rig.arm()?;
+    let mut rig = opened.rig.arm(&opened.clock)?;
     let clock = opened.clock;
     rig.change_before_ticks(&PointSettings::for_case(rig_file, case), &clock)?;
     let conditions = Conditions {

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use procedures::quantity::QuantityKind;
+
 use super::options::load;
 use super::output;
 use crate::exit;
@@ -25,6 +27,9 @@ pub(super) struct Args {
     /// Control socket; one named after the interface in the user's own folder if not given
     #[arg(long, value_name = "PATH")]
     control: Option<PathBuf>,
+    /// Where an axis stands at the start, e.g. `az=20 deg`; where polarity expects it if not given
+    #[arg(long, value_name = "AXIS=ANGLE", value_parser = pose, default_values = ["az=20 deg", "el=40 deg"])]
+    pose: Vec<(String, f64)>,
     /// Log where the axes really are to this MCAP file
     #[arg(long, value_name = "FILE")]
     log: Option<PathBuf>,
@@ -32,6 +37,14 @@ pub(super) struct Args {
     /// `{"wire":{"drop":{"frames":3}}}`, `{"world":{"emergency-stop":{"pressed":true}}}`
     #[arg(long, value_name = "JSON")]
     tell: Option<String>,
+}
+
+/// Reads where an axis stands.
+fn pose(text: &str) -> Result<(String, f64), String> {
+    let expected = || format!("expected an axis and its angle, e.g. `az=20 deg`, found `{text}`");
+    let (axis, angle) = text.split_once('=').ok_or_else(expected)?;
+    let angle_rad = QuantityKind::Angle.parse(angle.trim()).map_err(|error| format!("{}: {error}", expected()))?;
+    Ok((axis.trim().to_owned(), angle_rad))
 }
 
 pub(super) fn run(args: &Args) -> u8 {
@@ -57,6 +70,7 @@ fn serve(args: &Args) -> u8 {
         rig: &rig,
         unit: &unit,
         seed: args.seed,
+        pose_rad: args.pose.iter().cloned().collect(),
         interface: args.interface.clone(),
         control: args.control.clone(),
         log: args.log.clone(),

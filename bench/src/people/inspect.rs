@@ -88,10 +88,11 @@ pub(crate) fn stand(
     let session = site.open(rig, gains, &Purpose { procedure: "inspect", pose_rad, ..Purpose::default() })?;
     let devices = crate::rig::identities::records(rig, &session.rig, &session.grounds);
     let bus = session.bus;
-    let mut armed = session.rig.arm()?;
+    let mut armed = session.rig.arm(&session.clock)?;
     let mut now = armed.ready();
     let period = Duration::from_secs_f64(1.0 / rig.loop_rate_hz);
     for _ in 0..EXCHANGES {
+        now = session.clock.wait_until(now);
         armed.exchange(now);
         now += period;
     }

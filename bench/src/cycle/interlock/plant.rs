@@ -66,7 +66,7 @@ fn run(unit: &UnitSettings, case: &Case, following: bool) -> Outcome {
     let start = StartState { az_rad: 0.0, el_rad: case.start_pose_rad["el"], heat_sink_degc: 40.0 };
     let simulated = SimulatedRig::new(unit, &address, start);
     let mut rig = OpenRig::open(Wires::simulated(&simulated), &rig_file, &gains, &Clock::Virtual)
-        .and_then(OpenRig::arm)
+        .and_then(|rig| rig.arm(&Clock::Virtual))
         .expect("a healthy rig");
     let loops = AxisLoop::of_rig(&rig_file, &gains);
     let order =

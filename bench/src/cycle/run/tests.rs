@@ -103,7 +103,7 @@ fn run_on(case: &Case, bed: &Bed<'_>) -> (PointOutcome, Window) {
     let gains = parameters::load(rig_file).expect("shipped parameters");
     let wires = (bed.wires)(Wires::simulated(&simulated));
     let mut rig = OpenRig::open(wires, rig_file, &gains, &Clock::Virtual)
-        .and_then(OpenRig::arm)
+        .and_then(|rig| rig.arm(&Clock::Virtual))
         .expect("a healthy rig");
     let loops = AxisLoop::of_rig(rig_file, &gains);
     let stop = AtomicU16::new(bed.stop);

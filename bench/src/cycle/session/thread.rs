@@ -34,7 +34,7 @@ pub(super) fn serve<'a>(
         Report::Opened(Box::new(Opened { bus: opened.bus, devices, preparer, clock: opened.clock })),
     );
     let Some(arming) = armed_by(&mut orders) else { return };
-    let rig = match opened.rig.arm() {
+    let rig = match opened.rig.arm(&opened.clock) {
         Ok(rig) => rig,
         Err(error) => return report(reports, Report::Failed(error)),
     };

@@ -151,7 +151,7 @@ fn run_one(
     wires.bus = Intercepted::boxed(wires.bus, watch);
     let gains = parameters::load(rig).expect("shipped parameters");
     let mut armed = OpenRig::open(wires, rig, &gains, &Clock::Virtual)
-        .and_then(OpenRig::arm)
+        .and_then(|rig| rig.arm(&Clock::Virtual))
         .expect("a rig that answers");
     let settings = PointSettings::for_case(rig, case);
     armed.change_before_ticks(&settings, &Clock::Virtual).expect("settings that every device takes");

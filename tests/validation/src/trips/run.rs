@@ -53,7 +53,7 @@ fn run_with(bed: &Bed, plan: &Plan, act: Act, until: Option<usize>) -> Witnessed
     let mut wires = Wires::simulated(&simulated);
     wires.bus = Tap::on(&simulated, Arc::clone(&stop), record.clone());
     let mut rig = OpenRig::open(wires, &rig_file, &bed.gains, &Clock::Virtual)
-        .and_then(OpenRig::arm)
+        .and_then(|rig| rig.arm(&Clock::Virtual))
         .expect("the simulated rig opens: nothing has happened to it yet");
     let case = plan.case(&bed.rig);
     let loops = AxisLoop::of_rig(&rig_file, &bed.gains);

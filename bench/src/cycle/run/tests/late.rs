@@ -121,7 +121,7 @@ fn a_gyro_that_waited_for_the_loop_says_how_old_its_message_is() {
     let simulated = SimulatedRig::new(&unit, &address, start);
     let gains = parameters::load(&rig_file).expect("shipped parameters");
     let mut rig = OpenRig::open(Wires::simulated(&simulated), &rig_file, &gains, &Clock::Virtual)
-        .and_then(OpenRig::arm)
+        .and_then(|rig| rig.arm(&Clock::Virtual))
         .expect("a healthy rig");
     let mut ages = |periods: &[u32]| {
         let mut now = rig.ready();
