@@ -7,7 +7,8 @@ use std::time::Duration;
 
 use bench::{Bench, SharedLink, TICK, drive_settings, reading, settings};
 use drivers::cia402::{PowerState, PowerTarget};
-use drivers::wire::ethercat::{EtherCatBus, EtherCatSettings, ExpectedStation};
+use drivers::wire::ethercat::terminal::{AnalogTerminal, TerminalChannel};
+use drivers::wire::ethercat::{DistributedClocks, EtherCatBus, EtherCatSettings, ExpectedStation};
 use drivers::wire::{BusState, EthernetLink, Fieldbus, SdoAbort, SdoRequest, SdoWire};
 use sim_devices::ethercat::{Emergency, LineFault};
 
@@ -278,6 +279,56 @@ fn closing_brings_the_stations_down_to_init() {
     link.inject(LineFault::Unplugged { device: 0, is_gone: true });
     drop(again);
     assert!(link.now() - before < Duration::from_secs(2), "bounded without anybody");
+}
+
+#[test]
+fn closing_goes_on_behind_a_station_that_does_not_follow() {
+    let mut bench = Bench::new();
+    bench.enter_op();
+    let link = bench.link.clone();
+    link.inject(LineFault::Unplugged { device: 2, is_gone: true });
+    let before = link.now();
+    let error = bench.bus.close().expect_err("the terminal is gone").to_string();
+    assert!(error.contains("address 1002h: the station does not answer"), "{error}");
+    assert!(link.now() - before < Duration::from_secs(2));
+}
+
+#[test]
+fn channels_of_the_analog_terminal_are_read_and_written_in_its_slot() {
+    let mut bench = Bench::new();
+    bench.enter_op();
+    let channel = |byte| TerminalChannel { byte, v_per_step: 10.0 / 32_767.0 };
+    let (station, slot) = bench.slots[2].clone();
+    assert_eq!(station, 3);
+    let inputs = (0..10).map(|k| channel(2 * k)).collect();
+    let outputs = (0..4).map(|k| channel(2 * k)).collect();
+    let terminal = AnalogTerminal::new("terminal", slot, inputs, outputs).expect("the channels fit the slot");
+    let sent_v = terminal.write_v(&mut bench.image, 3, 2.5).expect("there are four outputs");
+    for _ in 0..40 {
+        bench.exchange();
+    }
+    let looped_v = terminal.read_v(&bench.image, 4).expect("there are ten inputs");
+    assert!((looped_v - sent_v).abs() < 0.05, "output 3 is looped to input 4: {looped_v} V");
+}
+
+#[test]
+fn sync0_goes_to_the_stations_that_are_named() {
+    let clocks = |sync0_stations| {
+        let usual = settings().distributed_clocks.expect("they are on as a rule");
+        EtherCatSettings {
+            distributed_clocks: Some(DistributedClocks { sync0_stations, ..usual }),
+            ..settings()
+        }
+    };
+    let mut bench = Bench::with(clocks(vec![1, 2]));
+    bench.enter_op();
+    let mut other =
+        EtherCatBus::open(Box::new(SharedLink::new()), clocks(vec![7])).expect("stations are there");
+    let error = other.map().expect_err("no station 7").to_string();
+    assert_eq!(
+        error,
+        "bus 0 (wire): distributed clocks: expected a station 7 that can make SYNC0, found none; correct the stations with SYNC0 in the rig file"
+    );
 }
 
 #[test]

@@ -29,6 +29,8 @@ mod pump;
 mod settings;
 mod station;
 pub mod terminal;
+#[cfg(test)]
+mod tests;
 mod transfer;
 
 use std::time::Duration;

@@ -349,6 +349,17 @@ mod tests {
     }
 
     #[test]
+    fn a_station_that_begins_anew_after_a_loss_of_supply_is_reported_without_an_error_code() {
+        let mut supervisor = two();
+        supervisor.seen(1, 1);
+        let error = supervisor.read(NOW, 1, [0x01, 0, 0, 0, 0, 0]).expect("it has left SAFE-OP");
+        assert_eq!(error.to_string(), "station 2 is in INIT: AL status code 0000h, no error");
+        assert_eq!(supervisor.read(NOW, 1, [0x01, 0, 0, 0, 0, 0]), None, "told once");
+        supervisor.unread(NOW, 1);
+        assert_eq!(supervisor.next(NOW), None);
+    }
+
+    #[test]
     fn states_are_raised_one_by_one_and_lowered_at_once() {
         assert_eq!(AlState::Init.towards(AlState::Op), AlState::PreOp);
         assert_eq!(AlState::PreOp.towards(AlState::Op), AlState::SafeOp);

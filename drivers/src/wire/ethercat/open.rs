@@ -142,15 +142,13 @@ impl EtherCatBus {
             Err(
                 Failure::EtherCat(Error::Timeout(TimeoutError::Pdu)) | Failure::Stopped(Stopped::Deadline),
             ) => {
-                return Err(self.wrong_count("no frame came back".to_owned(), NOBODY));
+                return Err(self.wrong_count("no reply".to_owned(), NOBODY));
             }
             Err(why) => return Err(self.failed("SubDevices cannot be counted", why)),
         };
         let expected = self.settings.stations.len();
         if count == 0 {
-            return Err(
-                self.wrong_count("frames came back, but no SubDevice has seen them".to_owned(), NOBODY)
-            );
+            return Err(self.wrong_count("replies of frames that no SubDevice has seen".to_owned(), NOBODY));
         }
         if usize::from(count) > MOST_STATIONS || (expected > 0 && usize::from(count) != expected) {
             let help = "check cables and supplies, or correct the stations in the rig file";
