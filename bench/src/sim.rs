@@ -93,7 +93,11 @@ pub struct Report {
 ///
 /// # Errors
 /// What is missing before it begins, or fails meanwhile.
-pub fn serve(settings: &Settings<'_>, stop: &AtomicU16, say: &mut dyn FnMut(&str)) -> Result<Report, SimError> {
+pub fn serve(
+    settings: &Settings<'_>,
+    stop: &AtomicU16,
+    say: &mut dyn FnMut(&str),
+) -> Result<Report, SimError> {
     let name = far_interface(settings)?;
     let path = match &settings.control {
         Some(path) => path.clone(),
@@ -127,7 +131,8 @@ pub fn serve(settings: &Settings<'_>, stop: &AtomicU16, say: &mut dyn FnMut(&str
 /// # Errors
 /// When the rig has no interface, or the user's folder cannot be had.
 pub fn control_path(rig: &Rig, interface: Option<&str>) -> Result<PathBuf, SimError> {
-    let settings = |name: &str| path_for(name).map_err(|source| SimError::Control { path: name.to_owned(), source });
+    let settings =
+        |name: &str| path_for(name).map_err(|source| SimError::Control { path: name.to_owned(), source });
     match interface {
         Some(name) => settings(name),
         None => settings(&peer_of(rig)?),
@@ -166,7 +171,8 @@ fn peer_of(rig: &Rig) -> Result<String, DeviceError> {
         return Err(DeviceError::Bus { device: format!("rig `{}`", rig.id), reason: reason.to_owned() });
     };
     Kernel::default().interface(own)?.peer.ok_or_else(|| {
-        let reason = "the other end of its pair is not in this network name space; name it with `--interface`";
+        let reason =
+            "the other end of its pair is not in this network name space; name it with `--interface`";
         interface::failure(own, reason.to_owned())
     })
 }

@@ -106,6 +106,8 @@ pub(super) struct HeldSession<'scope, 'env, 'a> {
     news: Vec<Entry>,
     /// Somebody has looked at the rig since it tripped.
     looked_at: bool,
+    /// Why somebody must look at the rig after a session that closed itself.
+    left: Vec<String>,
 }
 
 impl<'scope, 'env, 'a: 'scope> HeldSession<'scope, 'env, 'a> {
@@ -129,6 +131,7 @@ impl<'scope, 'env, 'a: 'scope> HeldSession<'scope, 'env, 'a> {
             logs: Vec::new(),
             news: Vec::new(),
             looked_at,
+            left: Vec::new(),
         };
         held.session = Some(held.opened(0)?);
         Ok(held)
@@ -306,7 +309,10 @@ impl<'scope, 'a: 'scope> KeptSession for HeldSession<'scope, '_, 'a> {
         };
         match session.run(job) {
             Err(error) => (Err(error), None),
-            Ok(Done { outcome, contacts, job }) => {
+            Ok(Done { outcome, contacts, job, is_closing }) => {
+                if is_closing {
+                    self.left = self.close_session();
+                }
                 let ended = outcome.map(|outcome| point::ended(setup.rig_of(index), outcome, &contacts));
                 (ended, Some(job.recorder))
             }
@@ -326,6 +332,14 @@ impl<'scope, 'a: 'scope> KeptSession for HeldSession<'scope, '_, 'a> {
     }
 
     fn close(&mut self) -> Vec<String> {
+        let left = std::mem::take(&mut self.left);
+        left.into_iter().chain(self.close_session()).collect()
+    }
+}
+
+impl<'scope, 'a: 'scope> HeldSession<'scope, '_, 'a> {
+    /// Ends the present session; why somebody must look at the rig, if anybody must.
+    fn close_session(&mut self) -> Vec<String> {
         let Some(session) = self.session.take() else { return Vec::new() };
         let rig = self.setup.rig_of(self.built_for);
         match session.close() {

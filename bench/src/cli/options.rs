@@ -5,7 +5,7 @@ use crate::exit;
 use crate::files::rig::read_rig;
 use crate::files::shipped::{self, Folder, sort};
 use crate::files::unit::load_unit;
-use crate::model::rig::Rig;
+use crate::model::rig::{Rig, Tier};
 use crate::plan::rehearsal::rehearse;
 use crate::plan::{self, CampaignPlan, Wanted};
 use crate::site::unit::Unit;
@@ -27,6 +27,18 @@ pub(super) struct On {
     /// Simulated unit: a shipped name or a path
     #[arg(long, default_value = "nominal")]
     pub(super) unit: String,
+    /// Rehearse a rig on simulated devices in this process instead of its own wires: in virtual time, or paced in real time
+    #[arg(long, value_name = "TIER", value_enum)]
+    pub(super) tier: Option<Rehearsal>,
+}
+
+/// A tier on which any rig can be rehearsed.
+#[derive(clap::ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Rehearsal {
+    /// In virtual time, a new world for each point
+    Virtual,
+    /// In real time, one session for the whole run
+    Paced,
 }
 
 /// What a run, a check or a plan is about, and what it is made against.
@@ -65,7 +77,12 @@ impl Asked {
 impl On {
     /// Reads the rig and unit files.
     pub(super) fn load(&self) -> Result<(Rig, Unit), u8> {
-        load(&self.rig, &self.unit)
+        let (rig, unit) = load(&self.rig, &self.unit)?;
+        Ok(match self.tier {
+            None => (rig, unit),
+            Some(Rehearsal::Virtual) => (rig.rehearsed_on(Tier::Virtual), unit),
+            Some(Rehearsal::Paced) => (rig.rehearsed_on(Tier::Paced), unit),
+        })
     }
 }
 

@@ -132,7 +132,9 @@ fn ready(args: &Args, underway: &Underway) -> std::io::Result<Arc<AtomicU16>> {
 fn judges(rig: &Rig) -> Result<(), u8> {
     let pool = match rig.tier {
         Tier::Virtual => rayon::ThreadPoolBuilder::new(),
-        Tier::Paced | Tier::Wired | Tier::Hardware => rayon::ThreadPoolBuilder::new().num_threads(1).start_handler(|_| clock::give_way()),
+        Tier::Paced | Tier::Wired | Tier::Hardware => {
+            rayon::ThreadPoolBuilder::new().num_threads(1).start_handler(|_| clock::give_way())
+        }
     };
     pool.build_global().map_err(|error| {
         output::error(&format!("cannot start threads: {error}; raise the limit of processes (`ulimit -u`)"));

@@ -43,7 +43,8 @@ pub(super) struct Args {
 fn pose(text: &str) -> Result<(String, f64), String> {
     let expected = || format!("expected an axis and its angle, e.g. `az=20 deg`, found `{text}`");
     let (axis, angle) = text.split_once('=').ok_or_else(expected)?;
-    let angle_rad = QuantityKind::Angle.parse(angle.trim()).map_err(|error| format!("{}: {error}", expected()))?;
+    let angle_rad =
+        QuantityKind::Angle.parse(angle.trim()).map_err(|error| format!("{}: {error}", expected()))?;
     Ok((axis.trim().to_owned(), angle_rad))
 }
 

@@ -51,6 +51,8 @@ pub(crate) struct Done<'a> {
     pub contacts: Vec<Contact>,
     /// The point itself, with its log.
     pub job: Box<Job<'a>>,
+    /// The session closes itself: the rig's own settings could not be restored.
+    pub is_closing: bool,
 }
 
 /// How a session ended.

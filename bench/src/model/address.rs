@@ -80,8 +80,19 @@ mod tests {
     #[test]
     fn what_is_no_address_is_told_how_one_is_written() {
         let wrong = [
-            "", "sim", "sim:", "ethercat:", "ethercat:ecm", "ethercat:/1", "ethercat:ecm/", "ethercat:ecm/0",
-            "ethercat:ecm/70000", "ethercat:ecm/-1", "ethercat:a b/1", "ethercat:0123456789abcdef/1", "can:can0/5",
+            "",
+            "sim",
+            "sim:",
+            "ethercat:",
+            "ethercat:ecm",
+            "ethercat:/1",
+            "ethercat:ecm/",
+            "ethercat:ecm/0",
+            "ethercat:ecm/70000",
+            "ethercat:ecm/-1",
+            "ethercat:a b/1",
+            "ethercat:0123456789abcdef/1",
+            "can:can0/5",
         ];
         for text in wrong {
             let error = Address::parse(text).expect_err(text);

@@ -149,6 +149,20 @@ impl Rig {
         Ok(built)
     }
 
+    /// The rig with simulated devices in this process instead of its wires. Drives keep their order: the one with the lowest
+    /// address stands on the first station of the simulated bus.
+    #[must_use]
+    pub fn rehearsed_on(&self, tier: Tier) -> Self {
+        let mut rehearsed = Self { tier, interface: None, ..self.clone() };
+        let mut addresses: Vec<u16> = self.axes.iter().map(|axis| axis.drive.station).collect();
+        addresses.sort_unstable();
+        for axis in &mut rehearsed.axes {
+            let place = addresses.iter().position(|&own| own == axis.drive.station);
+            axis.drive.station = place.map_or(axis.drive.station, |place| place as u16 + 1);
+        }
+        rehearsed
+    }
+
     /// Index of an axis.
     pub fn axis_index(&self, name: &str) -> Option<usize> {
         self.axes.iter().position(|a| a.name == name)

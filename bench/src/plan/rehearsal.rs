@@ -40,7 +40,8 @@ pub(crate) fn rehearse(plan: &CampaignPlan, rig: &Rig, unit: &Unit) -> Result<()
                 continue;
             }
             let purpose = Purpose { seed: 1, procedure: "check", stage: planned.stage, ..Purpose::default() };
-            let opened = site.open(rig_file, &gains, &purpose).and_then(|session| session.rig.arm(&session.clock));
+            let opened =
+                site.open(rig_file, &gains, &purpose).and_then(|session| session.rig.arm(&session.clock));
             let settings = PointSettings::for_case(rig_file, case);
             let changed = opened.and_then(|mut rig| rig.change_before_ticks(&settings, &Clock::Virtual));
             if let Err(error) = changed {

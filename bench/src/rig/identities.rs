@@ -53,7 +53,9 @@ fn grounds(identity: &Identity, bus: &BusGrounds) -> String {
     let BusGrounds { is_physical, text } = bus;
     let vendor = identity.vendor;
     match (lacks_mark(identity), is_physical) {
-        (true, true) => format!("{text}; vendor {vendor:08X}h is not the simulator's mark ({SIMULATORS_MARK:08X}h)"),
+        (true, true) => {
+            format!("{text}; vendor {vendor:08X}h is not the simulator's mark ({SIMULATORS_MARK:08X}h)")
+        }
         (true, false) => format!(
             "vendor {vendor:08X}h is not the simulator's mark ({SIMULATORS_MARK:08X}h); its log stays simulated, for the \
              bus has no hardware: {text}"

@@ -60,7 +60,11 @@ impl<L: EthernetLink> Server<L> {
     ///
     /// # Errors
     /// When the interface is gone.
-    pub(super) fn serve(mut self, control: &Control, stop: &AtomicU16) -> io::Result<(Served, Option<TruthLog>)> {
+    pub(super) fn serve(
+        mut self,
+        control: &Control,
+        stop: &AtomicU16,
+    ) -> io::Result<(Served, Option<TruthLog>)> {
         let mut frame = [0; MAX_FRAME_BYTES];
         loop {
             let now = self.link.now();
@@ -129,7 +133,9 @@ impl<L: EthernetLink> Server<L> {
     fn obey(&mut self, asked: Asked, now: Duration) -> bool {
         let done = || Ok("done".to_owned());
         let result = match &asked.order {
-            Order::Wire(fault) => self.far_ends.line.inject(now, LineFault::from(*fault)).and_then(|()| done()),
+            Order::Wire(fault) => {
+                self.far_ends.line.inject(now, LineFault::from(*fault)).and_then(|()| done())
+            }
             Order::World(fault) => {
                 let scheduled = self.far_ends.world.schedule(now, Fault::from(*fault));
                 scheduled.map_err(|error| error.to_string()).and_then(|()| done())

@@ -85,7 +85,8 @@ impl TruthLog {
     pub(super) fn finish(self) -> Result<u64, LogError> {
         let Self { ring, thread, lost } = self;
         drop(ring);
-        let gone = || LogError::Damaged { file: "truth log".to_owned(), reason: "its writer panicked".to_owned() };
+        let gone =
+            || LogError::Damaged { file: "truth log".to_owned(), reason: "its writer panicked".to_owned() };
         thread.join().map_err(|_| gone())??;
         Ok(lost)
     }

@@ -42,6 +42,12 @@ impl Site for VirtualSite<'_> {
         let bus = simulated.wires.bus.name().to_owned();
         let clock = Clock::Virtual;
         let rig = OpenRig::open(simulated.wires, rig, gains, &clock)?;
-        Ok(Opened { bus, grounds: BusGrounds::in_process(), rig, clock, surroundings: simulated.surroundings })
+        Ok(Opened {
+            bus,
+            grounds: BusGrounds::in_process(),
+            rig,
+            clock,
+            surroundings: simulated.surroundings,
+        })
     }
 }

@@ -135,7 +135,8 @@ impl EthernetLink for PacketSocket {
 /// # Errors
 /// When the interfaces cannot be listed.
 pub fn addresses(name: &str) -> Result<Vec<String>, DeviceError> {
-    let interfaces = getifaddrs().map_err(|error| failure(name, format!("interfaces cannot be listed: {error}")))?;
+    let interfaces =
+        getifaddrs().map_err(|error| failure(name, format!("interfaces cannot be listed: {error}")))?;
     let own = interfaces.filter(|found| found.interface_name == name);
     let internet = own.filter_map(|found| {
         let address = found.address?;

@@ -154,7 +154,7 @@ impl<'a> Ticking<'a> {
             }
             (outcome, _) => outcome,
         };
-        (Done { outcome, contacts: self.contacts(), job }, restore_failed)
+        (Done { outcome, contacts: self.contacts(), job, is_closing: restore_failed }, restore_failed)
     }
 
     /// Brings the axes to the start pose, sets the surroundings and the settings of the point, and runs it.
@@ -203,10 +203,13 @@ impl<'a> Ticking<'a> {
     /// Gives the rig other settings and keeps ticking until all devices have taken them.
     fn change(&mut self, settings: &PointSettings) -> Result<(), DeviceError> {
         self.rig.change(settings)?;
-        while !self.rig.poll_change(self.between.now())? {
+        loop {
+            // Deadlines of transfers count from a tick of now, not from the last one before a point.
             self.between.tick(&mut self.rig, &mut self.recorder);
+            if self.rig.poll_change(self.between.now())? {
+                return Ok(());
+            }
         }
-        Ok(())
     }
 
     /// Notes what tripped between points: it belongs to no point, so it is reported when the session closes.

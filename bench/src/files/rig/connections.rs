@@ -32,7 +32,12 @@ impl Connections {
         match (t.has("station"), t.has("ports")) {
             (true, true) => {
                 let help = "keep `station` for drives in this process, `ports` for drives on a wire";
-                self.mistake(t, "ports", "`station` and `ports` both say where the drive is".to_owned(), help);
+                self.mistake(
+                    t,
+                    "ports",
+                    "`station` and `ports` both say where the drive is".to_owned(),
+                    help,
+                );
                 None
             }
             (false, true) => self.wired_station(t),
@@ -98,7 +103,8 @@ impl Connections {
     ) -> Option<Option<String>> {
         let is_wired = self.tier?.is_wired();
         if !is_wired && self.interface.is_some() {
-            let help = "choose tier `wired` or `hardware`, or give each drive a `station` on the simulated bus";
+            let help =
+                "choose tier `wired` or `hardware`, or give each drive a `station` on the simulated bus";
             self.mistake(t, "tier", "this tier has no wires, but its drives have addresses".to_owned(), help);
         }
         for entry in devices {
@@ -109,7 +115,10 @@ impl Connections {
                     Err(_) => true,
                 };
                 if !fits {
-                    let message = format!("`{}`: its port `{key}` is at `{text}`, not on the wire of the drives", entry.name);
+                    let message = format!(
+                        "`{}`: its port `{key}` is at `{text}`, not on the wire of the drives",
+                        entry.name
+                    );
                     let help = "devices of a rig in one process are at `sim:`, those of a wired rig on the interface of \
                                 its drives";
                     self.mistake(t, "device", message, help);
