@@ -19,3 +19,4 @@ pub(crate) mod signals;
 pub(crate) mod track_margins;
 pub(crate) mod tracking;
 pub(crate) mod trips;
+pub(crate) mod wired_scatter;
