@@ -174,6 +174,13 @@ fn a_tick_that_stalls_for_half_a_second_in_motion_is_stopped_by_the_drives_and_m
     assert_eq!(step.status, Status::Aborted, "{reason}");
     assert!(reason.contains("missed cycles") || reason.contains("drive state"), "{reason}");
     assert_eq!(mirror.status, Status::Completed, "{:?}", mirror.reason);
+    let logs = ["POLARITY", "SMOKE-LOOK", "SMOKE-STEP", "SMOKE-MIRROR", "session"];
+    let all: Vec<Window> =
+        logs.iter().flat_map(|log| windows(&folder.path().join(format!("{log}.mcap")))).collect();
+    assert!(all.iter().all(|window| window.lateness.is_some()), "every point tells its lateness");
+    let stalls = all.iter().flat_map(|window| &window.stalls);
+    let forced: Vec<f64> = stalls.map(|stall| stall.length_s).filter(|length_s| *length_s > 0.4).collect();
+    assert!(forced.len() == 1 && forced[0] >= 0.5 - 2.0 * PERIOD_S, "one event for one stall: {forced:?} s");
 }
 
 /// Starts a rehearsal and waits until it moves.

@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::Scope;
 
 use controllers::DirectorGains;
+use reports::record::Grant;
 
 use crate::exit;
 use crate::judge::{self, JudgedLog};
@@ -205,6 +206,7 @@ fn run_in<'scope, 'env, 'a: 'scope>(
     };
     let found = session.as_ref().and_then(HeldSession::identified);
     let (page, held) = admit::admit(setup, found)?;
+    let page = Page { grants: session.as_ref().map(HeldSession::grants).unwrap_or_default(), ..page };
     let unwritten = |e| output(&setup.folder, e);
     let journal = claim(&setup.folder)?;
     let journal = open_journal(setup, &page, journal).map_err(unwritten)?;
@@ -237,6 +239,7 @@ fn run_in<'scope, 'env, 'a: 'scope>(
     }
     let mut listener = Guarded::new(listener, &setup.stop);
     listener.hear(&started(setup));
+    without_rights(&shared.page.grants).iter().for_each(|notice| listener.hear(notice));
     let begun = schedule::work(&shared, shared.page.jobs, &mut listener);
     let lost = listener.is_lost();
     shared.end_session();
@@ -335,6 +338,14 @@ impl Shared<'_> {
     fn keep(&self, index: usize, finished: Finished) {
         self.slots.lock().unwrap_or_else(PoisonError::into_inner)[index] = Some(finished);
     }
+}
+
+/// One line about the rights that the ticking thread does not have; `None` where it has all.
+fn without_rights(grants: &[Grant]) -> Option<RunEvent> {
+    let missing: Vec<&str> = grants.iter().filter(|g| !g.granted).map(|g| g.what.as_str()).collect();
+    let text =
+        format!("the loop runs without {}: `bench rtcheck` says why and what to do", missing.join(", "));
+    (!missing.is_empty()).then_some(RunEvent::Notice { text })
 }
 
 fn started(setup: &Setup<'_>) -> RunEvent {

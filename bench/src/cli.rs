@@ -19,6 +19,7 @@ mod record;
 mod rejudge;
 mod report;
 mod results;
+mod rtcheck;
 mod run;
 mod schema;
 mod sim;
@@ -54,6 +55,8 @@ enum Verb {
     Devices(devices::Args),
     /// Serve a rig's simulated devices to another process, in real time, over real wires
     Sim(sim::Args),
+    /// Measure whether this computer keeps the rate of a loop, and what to change; no device is opened
+    Rtcheck(rtcheck::Args),
     /// After a lost run: read the positions of the axes, record the inspection and release the rig; nothing moves
     Inspect(inspect::Args),
     /// Create a starter folder whose campaign passes on the simulator
@@ -114,6 +117,7 @@ fn dispatch(verb: Verb) -> u8 {
         Verb::Schema(args) => schema::run(&args),
         Verb::Devices(args) => devices::run(&args),
         Verb::Sim(args) => sim::run(&args),
+        Verb::Rtcheck(args) => rtcheck::run(&args),
         Verb::Inspect(args) => inspect::run(&args),
         Verb::Init(args) => init::run(&args),
         Verb::Import(args) => import::run(&args),

@@ -3,21 +3,70 @@
 //! Everything else is handed the time since the start of the run as a [`Duration`].
 #![allow(clippy::disallowed_methods)]
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicI64, Ordering};
 use std::time::{Duration, Instant, SystemTime};
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
-use rustix::time::{ClockId, clock_gettime};
+use rustix::io::Errno;
+use rustix::thread::clock_nanosleep_absolute;
+use rustix::time::{ClockId, Timespec, clock_gettime};
 
 /// Where the loop's time comes from.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub enum Clock {
     /// Time passes as fast as it is computed.
     Virtual,
     /// Virtual time in which some ticks come late, as on a busy computer: for trials and tests.
     Late(Lateness),
-    /// Time passes by itself; `Instant` is the start of the run.
-    Real(Instant),
+    /// Time passes by itself.
+    Real(RealTime),
+}
+
+/// Time since the start of a run by the monotonic clock of the kernel, shifted by what a bus asks for. All copies of a clock
+/// are shifted together.
+#[derive(Clone, Debug)]
+pub struct RealTime {
+    /// The kernel's clock at the start of the run.
+    start: Duration,
+    /// So much later than by the kernel's clock alone every instant of the run comes.
+    phase_ns: Arc<AtomicI64>,
+}
+
+impl RealTime {
+    fn starts_now() -> Self {
+        Self { start: read(ClockId::Monotonic), phase_ns: Arc::default() }
+    }
+
+    /// Start of the run on the kernel's clock, shifted by the phase.
+    fn zero(&self) -> Duration {
+        let phase_ns = self.phase_ns.load(Ordering::Relaxed);
+        let phase = Duration::from_nanos(phase_ns.unsigned_abs());
+        if phase_ns < 0 { self.start.saturating_sub(phase) } else { self.start + phase }
+    }
+
+    fn wait_until(&self, due: Duration) -> Duration {
+        let zero = self.zero();
+        let deadline = zero + due;
+        while read(ClockId::Monotonic) < deadline {
+            match clock_nanosleep_absolute(ClockId::Monotonic, &timespec(deadline)) {
+                Ok(()) | Err(Errno::INTR) => {}
+                // A kernel without absolute sleeping: a relative one comes later, but it comes.
+                Err(_) => std::thread::sleep(deadline.saturating_sub(read(ClockId::Monotonic))),
+            }
+        }
+        read(ClockId::Monotonic).saturating_sub(zero)
+    }
+}
+
+fn read(clock: ClockId) -> Duration {
+    let now = clock_gettime(clock);
+    Duration::new(now.tv_sec.unsigned_abs(), u32::try_from(now.tv_nsec).unwrap_or(0))
+}
+
+fn timespec(at: Duration) -> Timespec {
+    Timespec { tv_sec: i64::try_from(at.as_secs()).unwrap_or(i64::MAX), tv_nsec: at.subsec_nanos().into() }
 }
 
 /// Which ticks of a virtual clock come late, and by how much. It follows from the seed and the time at which a tick is
@@ -61,14 +110,36 @@ impl Lateness {
 impl Clock {
     /// A real clock that starts now.
     pub fn real() -> Self {
-        Self::Real(Instant::now())
+        Self::Real(RealTime::starts_now())
+    }
+
+    /// Whether time passes as fast as it is computed and every tick is on time.
+    pub fn is_virtual(&self) -> bool {
+        matches!(self, Self::Virtual)
+    }
+
+    /// Shifts the run's time, so that from the next wait on every tick comes later by so many nanoseconds, or earlier by a
+    /// negative number. A bus with a clock of its own keeps the loop in phase with it by that. The shift of one tick must be small
+    /// against a period: the time of the run would go back otherwise. Virtual time has no phase.
+    pub fn nudge(&self, later_ns: i64) {
+        if let Self::Real(real) = self {
+            real.phase_ns.fetch_add(later_ns, Ordering::Relaxed);
+        }
+    }
+
+    /// So many nanoseconds later than by the kernel's clock alone every tick comes: the sum of all shifts.
+    pub fn phase_ns(&self) -> i64 {
+        match self {
+            Self::Real(real) => real.phase_ns.load(Ordering::Relaxed),
+            Self::Virtual | Self::Late(_) => 0,
+        }
     }
 
     /// Time since the start of the run; 0 on a virtual clock, whose time is the caller's.
     pub fn now(&self) -> Duration {
         match self {
             Self::Virtual | Self::Late(_) => Duration::ZERO,
-            Self::Real(start) => start.elapsed(),
+            Self::Real(real) => read(ClockId::Monotonic).saturating_sub(real.zero()),
         }
     }
 
@@ -78,12 +149,7 @@ impl Clock {
         match self {
             Self::Virtual => due,
             Self::Late(lateness) => due + lateness.delay(due),
-            Self::Real(start) => {
-                if let Some(left) = due.checked_sub(start.elapsed()) {
-                    std::thread::sleep(left);
-                }
-                start.elapsed()
-            }
+            Self::Real(real) => real.wait_until(due),
         }
     }
 }
@@ -134,8 +200,15 @@ fn since_boot() -> Duration {
     const CLOCK: ClockId = ClockId::Boottime;
     #[cfg(not(target_os = "linux"))]
     const CLOCK: ClockId = ClockId::Monotonic;
-    let now = clock_gettime(CLOCK);
-    Duration::new(now.tv_sec.unsigned_abs(), u32::try_from(now.tv_nsec).unwrap_or(0))
+    read(CLOCK)
+}
+
+/// Computes for so long without giving way: the work of a tick, where a loop is measured without one.
+pub fn work(time: Duration) {
+    let end = read(ClockId::Monotonic) + time;
+    while read(ClockId::Monotonic) < end {
+        std::hint::spin_loop();
+    }
 }
 
 /// A rest for a thread that waits for orders.
@@ -220,6 +293,39 @@ mod tests {
         assert_eq!(clock.wait_until(from - PERIOD), from - PERIOD);
         assert_eq!(clock.wait_until(from), from + 32 * PERIOD);
         assert_eq!(clock.wait_until(from + 33 * PERIOD), from + 33 * PERIOD);
+    }
+
+    #[test]
+    fn a_real_clock_wakes_nobody_before_a_tick_is_due_and_never_goes_back() {
+        let clock = Clock::real();
+        let mut before = Duration::ZERO;
+        for tick in 1..20 {
+            let due = tick * Duration::from_micros(500);
+            let now = clock.wait_until(due);
+            assert!(now >= due && now >= before, "{now:?} for {due:?} after {before:?}");
+            before = now;
+        }
+    }
+
+    #[test]
+    fn a_nudged_clock_is_late_by_the_sum_of_its_shifts_for_all_who_share_it() {
+        let clock = Clock::real();
+        let shared = clock.clone();
+        let unshifted = Clock::Real(RealTime {
+            phase_ns: Arc::default(),
+            ..match &clock {
+                Clock::Real(real) => real.clone(),
+                _ => unreachable!("it was made as a real clock"),
+            }
+        });
+        clock.nudge(3_000_000);
+        clock.nudge(-1_000_000);
+        assert_eq!(shared.phase_ns(), 2_000_000);
+        shared.wait_until(Duration::from_millis(5));
+        let now = unshifted.wait_until(Duration::ZERO);
+        assert!(now >= Duration::from_millis(7), "{now:?}");
+        Clock::Virtual.nudge(5);
+        assert_eq!(Clock::Virtual.phase_ns(), 0);
     }
 
     #[test]

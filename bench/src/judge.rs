@@ -9,7 +9,9 @@ use procedures::measurement::{Exclusion, Measurement, PointResult, Proof};
 use procedures::procedure::Procedure;
 use procedures::requirement::Requirements;
 use procedures::verdict::{self, Judgement, Verdict};
-use reports::record::{DeviceRecord, Origin, PointRow, ProcedureFindings, SafetyFindings, Status};
+use reports::record::{
+    DeviceRecord, LatenessRecord, Origin, PointRow, ProcedureFindings, SafetyFindings, Status,
+};
 
 use crate::files::unit::read_state;
 use crate::record::log::{self, COMPUTED, DEVICES, IMPORTED, PROCEDURE, REQUIREMENTS, STATE};
@@ -19,6 +21,7 @@ mod compared;
 mod findings;
 mod inertia;
 mod known;
+mod lateness;
 mod limits;
 mod points;
 mod safety;
@@ -29,6 +32,7 @@ mod tests;
 pub use attempt::{Tried, Trouble, missing, try_log};
 pub use findings::{Fold, fold};
 pub use known::{HeatSinks, Known};
+pub use lateness::lateness_of_log;
 use points::{Found, Place, Points};
 
 /// A log, judged.
@@ -52,6 +56,9 @@ pub struct JudgedLog {
     pub heat_sinks_degc: HeatSinks,
     /// Axis of the rig that carries the other one of its gimbal.
     pub outer_axis: Option<String>,
+    /// How late the ticks of its points came; empty where time was virtual. It belongs to the record of a run, not to what
+    /// was found.
+    pub lateness: Vec<LatenessRecord>,
 }
 
 /// What judges a log: path, its name in the run folder, requirements, what other logs of the run found.
@@ -94,9 +101,11 @@ pub fn judge_log(
     let mut points = Points::new(&plan.cases);
     let mut safe = SafetyFindings::default();
     let mut heat_sinks_degc = HeatSinks::new();
+    let mut lateness = Vec::new();
     while let Some(window) = reader.next_window() {
         known::take_heat(&mut heat_sinks_degc, &plan.axes, &window);
         let Some(case) = points.case_of(&window) else { continue };
+        lateness.extend(lateness::of_point(file, &case.point, plan.loop_rate_hz, &window));
         let mut result = procedure.analyse(case, &window, &plan.axes, plan.loop_rate_hz);
         result.point.clone_from(&case.point);
         safety::take(&mut safe, &case.point, &window);
@@ -124,7 +133,18 @@ pub fn judge_log(
     let yields = procedure.yields.iter().map(|&name| name.to_owned()).collect();
     let outer_axis = plan.axes.gimbal().ok().map(|gimbal| gimbal.outer.name.clone());
     let seed = plan.seed;
-    Ok(JudgedLog { findings, damage, size_bytes, yields, seed, origin, proof, heat_sinks_degc, outer_axis })
+    Ok(JudgedLog {
+        findings,
+        damage,
+        size_bytes,
+        yields,
+        seed,
+        origin,
+        proof,
+        heat_sinks_degc,
+        outer_axis,
+        lateness,
+    })
 }
 
 /// The requirements that are attached to a log.

@@ -8,6 +8,7 @@
 //! | room | what is in it |
 //! | --- | --- |
 //! | [`clock`], [`exit`] | the only file that reads a clock; what the program's exit codes mean |
+//! | [`realtime`] | what a ticking thread asks of Linux, how late its ticks come, what a machine can do |
 //! | [`model`] | what a rig is: plain structs |
 //! | [`record`] | what a run leaves in its folder beside its logs: title page, journal, evidence |
 //! | [`rig`] | an open rig: its drives and devices, what they tell and what they are told |
@@ -33,6 +34,7 @@ pub mod judge;
 pub mod model;
 pub mod people;
 pub mod plan;
+pub mod realtime;
 pub mod record;
 pub mod rig;
 pub mod sim;

@@ -11,6 +11,7 @@ use procedures::case::Case;
 use crate::clock::Clock;
 use crate::model::axis::{RigAxis, VelocityFeedback};
 use crate::model::rig::{Gimbal, Rig};
+use crate::realtime::PhaseLock;
 use crate::rig::feedback::RateFeedback;
 use crate::rig::tracking::{Asked, Closed, Seen, Tracking};
 
@@ -122,6 +123,7 @@ impl OpenRig {
         self.bus.request(BusState::SafeOp);
         self.opened_at = self.opened_at.max(clock.now());
         let axes = self.drives.len();
+        let phase = Phase::of(clock, &self.axes);
         let mut armed = ArmedRig {
             stated_rad_per_s2: self.stated_rad_per_s2,
             wanted: None,
@@ -147,6 +149,7 @@ impl OpenRig {
             working_counter: 0,
             bad_in_row: 0,
             recent_bad: 0,
+            phase,
         };
         armed.begin_ticks_after(armed.opened_at);
         Ok(armed)
@@ -225,6 +228,28 @@ pub struct ArmedRig {
     working_counter: u16,
     bad_in_row: u32,
     recent_bad: u128,
+    /// Keeps the ticks in phase with the clock of the bus; `None` in virtual time.
+    phase: Option<Phase>,
+}
+
+/// The loop's clock, and what keeps it in phase with that of the bus.
+struct Phase {
+    clock: Clock,
+    lock: PhaseLock,
+}
+
+impl Phase {
+    fn of(clock: &Clock, axes: &[RigAxis]) -> Option<Self> {
+        let period = Duration::from_secs_f64(axes.first()?.drive.cycle_s);
+        (!clock.is_virtual()).then(|| Self { clock: clock.clone(), lock: PhaseLock::new(period) })
+    }
+
+    /// Shifts the ticks to come by what an exchange passed too late by the clock of the bus.
+    fn follow(&mut self, late_ns: Option<i64>) {
+        if let Some(late_ns) = late_ns {
+            self.clock.nudge(self.lock.step(late_ns));
+        }
+    }
 }
 
 impl ArmedRig {
@@ -243,6 +268,9 @@ impl ArmedRig {
         let answer = self.bus.exchange(now, &mut self.image);
         let good = matches!(&answer, Ok(x) if x.working_counter == x.expected);
         self.working_counter = answer.map_or(0, |x| x.working_counter);
+        if let (true, Some(phase)) = (good, &mut self.phase) {
+            phase.follow(self.bus.lateness_ns());
+        }
         self.recent_bad = (self.recent_bad << 1) | u128::from(!good);
         self.bad_in_row = if good { 0 } else { self.bad_in_row + 1 };
         for axis in 0..self.drives.len() {

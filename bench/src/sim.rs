@@ -21,6 +21,7 @@ pub use order::{Answer, Order, WireFault, WorldFault, read as read_order};
 
 use crate::clock::{self, Clock};
 use crate::model::rig::Rig;
+use crate::realtime::Rights;
 use crate::site::interface::{self, Kernel};
 use crate::site::unit::Unit;
 use crate::site::{Contact, Purpose, Units};
@@ -118,6 +119,10 @@ pub fn serve(
         say(&format!("ethercat:{}/{device}  {own}", reached_by(&name)));
     }
     say(&format!("control  {}", path.display()));
+    let rights = Rights::ask();
+    for grant in rights.grants.iter().filter(|grant| !grant.granted) {
+        say(&format!("without  {}: {}", grant.what, grant.found));
+    }
     let server = Server::new(link, far_ends, truth);
     let broken = |source| SimError::Interface { name: name.clone(), source };
     let (served, truth) = server.serve(&control, stop).map_err(broken)?;

@@ -78,6 +78,32 @@ pub struct SdoRequest<'a> {
     pub write: Option<&'a [u8]>,
 }
 
+/// Something that a station said by itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Notice {
+    /// Station.
+    pub station: u16,
+    /// What it said.
+    pub news: News,
+}
+
+/// What a station says by itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum News {
+    /// An emergency message: error code as in 603Fh, error register as in 1001h.
+    Emergency {
+        /// Error code; 0000h says that an earlier error is gone.
+        code: u16,
+        /// Error register.
+        register: u8,
+    },
+    /// It refused a state of the bus or left one: AL status code (ETG.1000.6).
+    AlError {
+        /// AL status code.
+        code: u16,
+    },
+}
+
 /// Acyclic access to the object dictionaries on a bus. One transfer is under way at a time; it is begun and then asked for,
 /// so that no transfer holds up a cycle.
 pub trait SdoWire {
@@ -110,6 +136,15 @@ pub trait Fieldbus: SdoWire {
 
     /// The lowest state of all stations.
     fn state(&self) -> BusState;
+
+    /// By how many nanoseconds the last exchange passed later than it should by the clock of the bus, or earlier by a negative
+    /// number; `None` for a bus without a clock.
+    fn lateness_ns(&self) -> Option<i64> {
+        None
+    }
+
+    /// Tells what stations have said by themselves since this was last called, oldest first.
+    fn tell_notices(&mut self, _tell: &mut dyn FnMut(Notice)) {}
 
     /// Sends the outputs and takes the inputs that were sampled at `now` (since the start of the run).
     ///

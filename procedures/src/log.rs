@@ -11,12 +11,14 @@ use crate::missing::Missing;
 mod broken;
 mod cdr;
 mod file;
+mod lateness;
 mod message;
 mod read;
 mod record;
 mod window;
 mod write;
 
+pub use lateness::{LATENESS_BINS, LatenessHistogram, Stall};
 pub use read::{LogError, LogReader};
 pub use write::LogWriter;
 
@@ -155,6 +157,22 @@ pub enum Event {
     RingHalfFull {
         /// Index of the point.
         point: usize,
+    },
+    /// A tick came so late that it missed periods. Only a loop in real time has such ticks.
+    Stall {
+        /// Index of the point.
+        point: usize,
+        /// How late it came.
+        #[serde(flatten)]
+        stall: Stall,
+    },
+    /// How late the ticks of a point came, as it ends. Only a loop in real time tells it.
+    Lateness {
+        /// Index of the point.
+        point: usize,
+        /// All its ticks.
+        #[serde(flatten)]
+        histogram: Box<LatenessHistogram>,
     },
     /// A point ended.
     PointEnded {
@@ -334,6 +352,10 @@ pub struct Window {
     pub stops: Vec<StopRecord>,
     /// How the axes were left.
     pub left: Vec<FinalState>,
+    /// Ticks that came so late that they missed periods.
+    pub stalls: Vec<Stall>,
+    /// How late the ticks came; `None` where time was virtual.
+    pub lateness: Option<LatenessHistogram>,
     /// Rows by topic.
     pub topics: Vec<Rows>,
 }
@@ -413,6 +435,8 @@ impl Window {
             trips: Vec::new(),
             stops: Vec::new(),
             left: Vec::new(),
+            stalls: Vec::new(),
+            lateness: None,
             topics,
         }
     }

@@ -14,6 +14,7 @@ mod measurements;
 mod method;
 mod points;
 mod procedure;
+mod realtime;
 mod result;
 mod safety;
 mod title;
@@ -39,6 +40,7 @@ pub fn render(results: &Results) -> String {
     result::write(&mut m, results);
     title::facts(&mut m, results);
     appendix::bench(&mut m, results);
+    realtime::write(&mut m, results);
     matrix::write(&mut m, results);
     procedure::list(&mut m, results);
     for index in 0..results.findings.procedures.len() {
@@ -54,7 +56,7 @@ pub fn render(results: &Results) -> String {
 }
 
 fn has_pictures(results: &Results) -> bool {
-    results.findings.procedures.iter().any(|p| !p.plots.is_empty())
+    results.findings.procedures.iter().any(|p| !p.plots.is_empty()) || !results.record.lateness.is_empty()
 }
 
 fn head(m: &mut Markup, results: &Results) {

@@ -10,11 +10,13 @@ use serde::{Deserialize, Serialize};
 
 mod evidence;
 mod finite;
+mod realtime;
 mod requirement;
 mod run;
 mod safety;
 
 pub use evidence::{EvidenceRecord, EvidenceState};
+pub use realtime::{Grant, LatenessRecord};
 pub use requirement::{ComparatorCode, DecisionRule, JudgedFindings, LimitFindings, RequirementFindings};
 pub use run::{
     Attempt, DeviceRecord, FileHash, InstrumentRecord, Interruption, PromptRecord, RunRecord, TitlePage,

@@ -36,7 +36,8 @@ fn the_mirror_is_back_in_its_middle_within_100_ms_of_the_end() {
     assert!(gauge_v(now).iter().all(|v| *v > 0.8), "tilted by half of its stroke");
     let exit = Exit { clock: &Clock::Virtual, from: now, period: TICK, open_loop: false };
     let mut after_100_ms = [f64::NAN; 2];
-    make_safe(&mut armed, &exit, &mut Stops::new(2), |_, at| {
+    make_safe(&mut armed, &exit, &mut Stops::new(2), |_, woken| {
+        let at = woken.now;
         if at <= now + Duration::from_millis(100) {
             after_100_ms = gauge_v(at);
         }

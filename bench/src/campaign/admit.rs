@@ -68,6 +68,7 @@ fn title_page(setup: &Setup<'_>, devices: Vec<DeviceRecord>) -> Result<Page, Run
         stages: stages(plan),
         procedures: logs(plan),
         instruments,
+        grants: Vec::new(),
         title_page: TitlePage::default(),
         operator: setup.operator.clone(),
         serial_number: setup.serial_number.clone(),

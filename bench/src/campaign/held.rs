@@ -6,7 +6,7 @@ use std::thread::Scope;
 use drivers::device::DeviceError;
 use procedures::case::{Case, Segment};
 use procedures::log::Plan;
-use reports::record::DeviceRecord;
+use reports::record::{DeviceRecord, Grant};
 
 use super::point::{self, Ended, LOG_EPOCH_NS, Planned};
 use super::procedure::planned_from_s;
@@ -160,6 +160,11 @@ impl<'scope, 'env, 'a: 'scope> HeldSession<'scope, 'env, 'a> {
     pub(super) fn identified(&self) -> Option<(String, Vec<DeviceRecord>)> {
         let session = self.session.as_ref()?;
         Some((session.bus().to_owned(), session.devices().to_vec()))
+    }
+
+    /// What the thread that ticks asked of the operating system.
+    pub(super) fn grants(&self) -> Vec<Grant> {
+        self.session.as_ref().map(|session| session.grants().to_vec()).unwrap_or_default()
     }
 
     fn clock(&self) -> Clock {

@@ -2,12 +2,14 @@
 
 use std::path::Path;
 
-use reports::record::{Attempt, PromptRecord, Results, RunRecord};
+use reports::record::{Attempt, LatenessRecord, PromptRecord, Results, RunRecord};
 
 use super::output;
 use crate::campaign::RunResult;
 use crate::clock::{Stopwatch, cpu_s, utc_now};
+use crate::judge;
 use crate::record::journal::{self, Entry};
+use crate::record::log::{SESSION, SUFFIX};
 use crate::record::page::Page;
 
 /// Of a run that is over but for its results.
@@ -25,6 +27,7 @@ pub(super) fn of_run(result: &RunResult, folder: &Path, watch: &Stopwatch) -> Ru
         numeric_profile: Some(format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS)),
         attempts: attempts(result),
         files: result.journal.kept().to_vec(),
+        lateness: lateness(result, folder),
         ..by_page(page.clone(), folder)
     }
 }
@@ -39,6 +42,7 @@ pub(super) fn of_rejudged(what: &Path, before: Option<&Results>) -> RunRecord {
         jobs: 1,
         command_line: output::command_line(),
         attempts: before.attempts,
+        lateness: before.lateness,
         waivers: before.waivers,
         files,
         ..page.map_or_else(by_version, |page| by_page(page, what))
@@ -56,6 +60,7 @@ fn by_page(page: Page, folder: &Path) -> RunRecord {
         started_utc: Some(page.started_utc),
         devices: page.devices,
         instruments: page.instruments,
+        grants: page.grants,
         prompts: prompts(folder),
         ..by_version()
     }
@@ -70,6 +75,14 @@ fn name_of(folder: &Path) -> Option<String> {
 
 fn by_version() -> RunRecord {
     RunRecord { software_version: env!("CARGO_PKG_VERSION").to_owned(), ..RunRecord::default() }
+}
+
+/// How late the ticks of all points came, and of the sessions between them.
+fn lateness(result: &RunResult, folder: &Path) -> Vec<LatenessRecord> {
+    let judged = result.judged.iter().flatten().flat_map(|log| log.lateness.clone());
+    let files = result.journal.kept().iter().map(|kept| kept.file.as_str());
+    let sessions = files.filter(|file| file.starts_with(SESSION) && file.ends_with(SUFFIX));
+    judged.chain(sessions.flat_map(|file| judge::lateness_of_log(&folder.join(file), file))).collect()
 }
 
 fn attempts(result: &RunResult) -> Vec<Attempt> {

@@ -180,6 +180,7 @@ fn page_of(judged: &JudgedLog, file: &str, requirements: KeptFile) -> Page {
         }],
         stages: Vec::new(),
         instruments: Vec::new(),
+        grants: Vec::new(),
         polarity: Basis::default(),
         title_page: TitlePage::default(),
         operator: None,

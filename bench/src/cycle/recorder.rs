@@ -9,7 +9,8 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::JoinHandle;
 
 use procedures::log::{
-    Attachment, EndedBy, Event, LogError, LogWriter, Plan, PointStatus, STOP_SUFFIX, Topic,
+    Attachment, EndedBy, Event, LatenessHistogram, LogError, LogWriter, Plan, PointStatus, STOP_SUFFIX,
+    Stall, Topic,
 };
 use rtrb::{Consumer, Producer, PushError, RingBuffer};
 
@@ -59,6 +60,8 @@ pub enum LoopEvent {
     Stopped { point: usize, stop: crate::cycle::stops::StopNumbers },
     Left { point: usize, left: crate::cycle::safe::SafeAxis },
     RingHalfFull { point: usize },
+    Stall { point: usize, stall: Stall },
+    Lateness { point: usize, histogram: LatenessHistogram },
     PointEnded { point: usize, status: PointStatus },
 }
 
@@ -74,6 +77,8 @@ impl LoopEvent {
                 Event::Tripped { point, interlock: trip.interlock.to_owned(), reason: trip.reason(axes) }
             }
             Self::RingHalfFull { point } => Event::RingHalfFull { point },
+            Self::Stall { point, stall } => Event::Stall { point, stall },
+            Self::Lateness { point, histogram } => Event::Lateness { point, histogram: Box::new(histogram) },
             Self::Left { point, left } => left.spelled_out(point, axes),
             Self::Stopped { point, stop } => stop.spelled_out(point, axes),
             Self::PointEnded { point, status } => Event::PointEnded { point, status },

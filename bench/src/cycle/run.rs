@@ -172,7 +172,8 @@ fn ended(ticks: &Ticks<'_>, ending: Ending, safe: Safe, recorder: &mut Recorder)
     for &left in &safe.axes {
         close(LoopEvent::Left { point, left });
     }
-    close(LoopEvent::PointEnded { point, status });
+    survives(|| ticks.tell_lateness(recorder));
+    survives(|| ticks.tell(recorder, LoopEvent::PointEnded { point, status }));
     let Ending { trip, refused, error, signal, expected } = ending;
     let trip = trip.filter(|_| !expected);
     let loop_s = (ticks.now - ticks.start).as_secs_f64();
@@ -198,7 +199,7 @@ fn leave_safe(
     // What was gathered of the loop is a row of its own, not a part of one of the stop.
     ticks.conditions.progress.note_make_safe();
     let mut sound = survives(|| ticks.axis_rows(0..rig.axes().len(), recorder));
-    let clock = ticks.conditions.clock;
+    let clock = ticks.conditions.clock.clone();
     let period = ticks.period;
     let open_loop = ticks.conditions.case.open_loop;
     let mut stops = std::mem::replace(&mut ticks.stops, Stops::new(0));
@@ -232,8 +233,8 @@ fn stop_under_watch(
     recorder: &mut Recorder,
     sound: &mut bool,
 ) -> Safe {
-    make_safe(rig, exit, stops, |rig, now| {
-        (ticks.now, ticks.due) = (now, now);
+    make_safe(rig, exit, stops, |rig, woken| {
+        ticks.take(woken);
         ticks.count += 1;
         if !*sound {
             return;

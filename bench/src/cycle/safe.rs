@@ -11,6 +11,7 @@ use crate::cycle::stops::Stops;
 use crate::model::axis::RigAxis;
 use crate::model::safety::SafeState;
 use crate::model::stopping::Swing;
+use crate::realtime::{Woken, wake};
 use crate::rig::ArmedRig;
 
 /// Standing still counts after this long without a break.
@@ -100,7 +101,7 @@ pub fn make_safe(
     rig: &mut ArmedRig,
     exit: &Exit<'_>,
     stops: &mut Stops,
-    mut after: impl FnMut(&mut ArmedRig, Duration),
+    mut after: impl FnMut(&mut ArmedRig, &Woken),
 ) -> Safe {
     rig.rest_mirror();
     let wait = |stop_s: f64| Duration::from_secs_f64(stop_s + STANDSTILL_S + GRACE_S);
@@ -111,7 +112,8 @@ pub fn make_safe(
     let mut standstill = false;
     let mut keeper = Keeper::begun(rig, exit.open_loop);
     while due < until {
-        let at = exit.clock.wait_until(due);
+        let woken = wake(exit.clock, due, exit.period);
+        let at = woken.now;
         rig.exchange(at);
         let still = keeper.tick(rig, at, exit.period);
         for axis in 0..rig.axes().len() {
@@ -125,14 +127,14 @@ pub fn make_safe(
             }
         }
         stops.observe(at, rig);
-        after(rig, at);
+        after(rig, &woken);
         ticks += 1;
         still_since = if still { still_since.or(Some(at)) } else { None };
         if still_since.is_some_and(|since| (at - since).as_secs_f64() >= STANDSTILL_S) {
             standstill = true;
             break;
         }
-        due = at.max(due) + exit.period;
+        due = woken.due + exit.period;
     }
     Safe { standstill, axes: (0..rig.axes().len()).map(|axis| left(rig, axis)).collect(), ticks }
 }

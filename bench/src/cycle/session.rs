@@ -10,7 +10,7 @@ use std::time::Duration;
 use controllers::DirectorGains;
 use drivers::device::DeviceError;
 use procedures::case::Case;
-use reports::record::DeviceRecord;
+use reports::record::{DeviceRecord, Grant};
 use rtrb::{Consumer, Producer, RingBuffer};
 
 use crate::clock::{self, Clock};
@@ -18,6 +18,7 @@ use crate::cycle::recorder::Recorder;
 use crate::cycle::run::{Conditions, PointOutcome, PointRun};
 use crate::cycle::safe::Safe;
 use crate::model::rig::Rig;
+use crate::realtime::lock_present_memory;
 use crate::rig::PointSettings;
 use crate::rig::instruments::TaskPreparer;
 use crate::site::{Contact, Purpose, Site};
@@ -101,6 +102,9 @@ struct Opened {
     devices: Vec<DeviceRecord>,
     preparer: TaskPreparer,
     clock: Clock,
+    /// What the thread asked of the operating system.
+    grants: Vec<Grant>,
+    locks_memory: bool,
 }
 
 /// The campaign's end of a session.
@@ -161,7 +165,12 @@ impl<'scope, 'a: 'scope> Session<'scope, 'a> {
 
     /// The clock that it is ticked by.
     pub(crate) fn clock(&self) -> Clock {
-        self.opened.clock
+        self.opened.clock.clone()
+    }
+
+    /// What its thread asked of the operating system; empty where time is virtual.
+    pub(crate) fn grants(&self) -> &[Grant] {
+        &self.opened.grants
     }
 
     /// Readies tasks for its instruments.
@@ -179,6 +188,10 @@ impl<'scope, 'a: 'scope> Session<'scope, 'a> {
     /// # Errors
     /// When the session is gone.
     pub(crate) fn run(&mut self, job: Job<'a>) -> Result<Done<'a>, DeviceError> {
+        if self.opened.locks_memory {
+            // The ring of a log was made after the memory of the process was locked. Refused, it is only not locked.
+            let _ = lock_present_memory();
+        }
         self.order(Order::Point(Box::new(job)));
         match wait(&mut self.reports, || {}) {
             Some(Report::Done(done)) => Ok(*done),

@@ -116,5 +116,6 @@ fn unjudged(planned: &PlannedLog, seed: u64, reason: String) -> JudgedLog {
         proof: None,
         heat_sinks_degc,
         outer_axis: None,
+        lateness: Vec::new(),
     }
 }

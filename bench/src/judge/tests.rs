@@ -8,11 +8,10 @@ fn window(point: usize, trips: &[&str], stops: Vec<StopRecord>, left: Vec<FinalS
     Window {
         point,
         status: PointStatus::Aborted,
-        segments: Vec::new(),
         trips: trips.iter().map(|&t| t.to_owned()).collect(),
         stops,
         left,
-        topics: Vec::new(),
+        ..Window::completed(Vec::new(), Vec::new())
     }
 }
 

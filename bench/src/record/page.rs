@@ -5,7 +5,7 @@ use std::path::Path;
 use controllers::parameter::{AXIS_PARAMETERS, PARAMETERS, VELOCITY_LAW};
 use procedures::campaign::Claim;
 use procedures::diagnostic::SourceFile;
-use reports::record::{DeviceRecord, FileHash, InstrumentRecord, Origin, TitlePage};
+use reports::record::{DeviceRecord, FileHash, Grant, InstrumentRecord, Origin, TitlePage};
 use serde::{Deserialize, Serialize};
 
 use crate::record::bounded;
@@ -199,6 +199,9 @@ pub struct Page {
     /// Instruments of the bench with what their calibration was worth on the day.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub instruments: Vec<InstrumentRecord>,
+    /// What the ticking thread asked of the operating system; empty where time is virtual.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub grants: Vec<Grant>,
     /// Facts for the report's title page.
     pub title_page: TitlePage,
     /// Who runs it.

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use drivers::device::DeviceError;
 use drivers::wire::{
-    AnalogPort, BusState, Exchange, Fieldbus, ProcessImage, SdoAbort, SdoRequest, SdoWire, Slot,
+    AnalogPort, BusState, Exchange, Fieldbus, Notice, ProcessImage, SdoAbort, SdoRequest, SdoWire, Slot,
 };
 
 /// Counts of ±10 V: 16 bit, signed.
@@ -144,6 +144,14 @@ impl<B: Fieldbus> Fieldbus for WithTerminals<B> {
 
     fn state(&self) -> BusState {
         self.bus.state()
+    }
+
+    fn lateness_ns(&self) -> Option<i64> {
+        self.bus.lateness_ns()
+    }
+
+    fn tell_notices(&mut self, tell: &mut dyn FnMut(Notice)) {
+        self.bus.tell_notices(tell);
     }
 
     fn exchange(&mut self, now: Duration, image: &mut ProcessImage) -> Result<Exchange, DeviceError> {

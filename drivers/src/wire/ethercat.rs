@@ -49,7 +49,7 @@ use self::group::Group;
 use self::mailbox::Mailboxes;
 use self::pump::{Pump, Stopped};
 use super::{
-    BusState, Exchange, Fieldbus, MAX_FRAME_BYTES, ProcessImage, SdoAbort, SdoRequest, SdoWire, Slot,
+    BusState, Exchange, Fieldbus, MAX_FRAME_BYTES, News, Notice, ProcessImage, SdoAbort, SdoRequest, SdoWire, Slot,
 };
 use crate::device::DeviceError;
 
@@ -229,6 +229,22 @@ impl Fieldbus for EtherCatBus {
 
     /// Passes one frame for process data and states, and beside it at most one acyclic datagram. Waits for replies until
     /// the settings' time-out; without a reply the working counter is 0 and the inputs stay as they were.
+    fn lateness_ns(&self) -> Option<i64> {
+        let next_in = self.clock?.next_cycle_in;
+        let period = std::time::Duration::from_secs_f64(self.settings.cycle_s);
+        i64::try_from(period.as_nanos()).ok()?.checked_sub(i64::try_from(next_in.as_nanos()).ok()?)
+    }
+
+    fn tell_notices(&mut self, tell: &mut dyn FnMut(Notice)) {
+        while let Some(emergency) = self.mailboxes.emergencies.pop() {
+            let Emergency { station, code, register, .. } = emergency;
+            tell(Notice { station, news: News::Emergency { code, register } });
+        }
+        for error in self.al_errors.drain(..) {
+            tell(Notice { station: error.station, news: News::AlError { code: error.code } });
+        }
+    }
+
     fn exchange(&mut self, now: Duration, image: &mut ProcessImage) -> Result<Exchange, DeviceError> {
         self.cycle(now, image)
     }

@@ -352,6 +352,10 @@ fn fits(value: &serde_json::Value, schema: &serde_json::Value, root: &serde_json
                 && required.len() == known.len()
                 && known.iter().all(|(key, of)| fields.get(key).is_some_and(|value| fits(value, of, root)))
         }),
+        "array" => value.as_array().is_some_and(|items| {
+            items.len() as u64 == schema["maxItems"].as_u64().expect("an array has its length")
+                && items.iter().all(|item| fits(item, &schema["items"], root))
+        }),
         other => panic!("no type `{other}`"),
     };
     match &schema["type"] {
@@ -392,6 +396,8 @@ fn one_of_each_event() -> Vec<Event> {
         Event::Stopped(stop),
         Event::Left(left),
         Event::RingHalfFull { point: 0 },
+        Event::Stall { point: 0, stall: Stall { length_s: 0.0126, missed_periods: 50 } },
+        Event::Lateness { point: 0, histogram: Box::default() },
         Event::PointEnded { point: 0, status: PointStatus::Lost },
     ]
 }

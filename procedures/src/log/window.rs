@@ -9,7 +9,8 @@ use super::cdr::Layout;
 use super::message::{self, EVENTS_TOPIC};
 use super::record::{self, Channel, Message, Schema};
 use super::{
-    EndedBy, Event, FinalState, PointStatus, Rows, STOP_SUFFIX, SegmentSpan, StopRecord, Topic, Window,
+    EndedBy, Event, FinalState, LatenessHistogram, PointStatus, Rows, STOP_SUFFIX, SegmentSpan, Stall,
+    StopRecord, Topic, Window,
 };
 
 /// Most schemas, rows' topics and channels of a topic: far more than any rig has.
@@ -62,6 +63,8 @@ struct Open {
     trips: Vec<String>,
     stops: Vec<StopRecord>,
     left: Vec<FinalState>,
+    stalls: Vec<Stall>,
+    lateness: Option<LatenessHistogram>,
     last_row_s: f64,
     samples: u64,
     events: usize,
@@ -137,8 +140,8 @@ impl Assembly {
             std::mem::replace(rows, empty)
         });
         let topics = with_stops(topics.collect());
-        let Open { point, segments, trips, stops, left, .. } = open;
-        Some(Window { point, status, segments, trips, stops, left, topics })
+        let Open { point, segments, trips, stops, left, stalls, lateness, .. } = open;
+        Some(Window { point, status, segments, trips, stops, left, stalls, lateness, topics })
     }
 
     fn channel(&mut self, channel: Channel) -> Result<(), Broken> {
@@ -240,6 +243,10 @@ impl Assembly {
             (Event::Stopped(stop), Some(open)) if stop.point == open.point => open.stops.push(stop),
             (Event::Left(state), Some(open)) if state.point == open.point => open.left.push(state),
             (Event::RingHalfFull { point }, Some(open)) if point == open.point => {}
+            (Event::Stall { point, stall }, Some(open)) if point == open.point => open.stalls.push(stall),
+            (Event::Lateness { point, histogram }, Some(open)) if point == open.point => {
+                open.lateness.get_or_insert_default().add(&histogram);
+            }
             (Event::PointEnded { point, status }, Some(open)) if point == open.point => {
                 return Ok(self.close(status));
             }

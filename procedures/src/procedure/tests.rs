@@ -46,6 +46,8 @@ fn window(status: PointStatus, missed: &[f64]) -> Window {
         trips: Vec::new(),
         stops: Vec::new(),
         left: Vec::new(),
+        stalls: Vec::new(),
+        lateness: None,
         topics: vec![rows],
     }
 }

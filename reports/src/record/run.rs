@@ -207,6 +207,12 @@ pub struct RunRecord {
     /// Waivers.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub waivers: Vec<WaiverRecord>,
+    /// What the ticking thread asked of the operating system; empty where time was virtual.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub grants: Vec<super::Grant>,
+    /// How late ticks came, for each point and for the time between points; empty where time was virtual.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub lateness: Vec<super::LatenessRecord>,
     /// Pauses that nobody planned.
     pub interruptions: Vec<Interruption>,
     /// Raw-data index.

@@ -7,6 +7,7 @@ use super::ticks::Ticks;
 use crate::cycle::interlock::Trip;
 use crate::cycle::recorder::{LoopEvent, Recorder};
 use crate::cycle::safe::Keeper;
+use crate::realtime::Woken;
 use crate::rig::ArmedRig;
 
 /// The loop while no point is run: every axis is kept in its declared final state, under all interlocks.
@@ -71,11 +72,17 @@ impl<'a> Between<'a> {
         self.ticks.now
     }
 
+    /// Notes how late a tick of the last stop of a session came.
+    pub fn note(&mut self, woken: &Woken) {
+        self.ticks.take(woken);
+    }
+
     /// Tells how the session was left.
     pub fn end(&mut self, safe: &crate::cycle::safe::Safe, recorder: &mut Recorder) {
         for &left in &safe.axes {
             self.ticks.tell(recorder, LoopEvent::Left { point: 0, left });
         }
+        self.ticks.tell_lateness(recorder);
         let status = procedures::log::PointStatus::Completed;
         self.ticks.tell(recorder, LoopEvent::PointEnded { point: 0, status });
     }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::time::Duration;
 
-use procedures::log::StopManner;
+use procedures::log::{LatenessHistogram, Stall, StopManner};
 
 use super::means::Means;
 use super::{Conditions, row};
@@ -11,6 +11,7 @@ use crate::cycle::interlock::{self, Situation, Trip, Watch, per_axis};
 use crate::cycle::recorder::{Item, LoopEvent, MAX_CHANNELS, Recorder};
 use crate::cycle::sequence::Sequencer;
 use crate::cycle::stops::Stops;
+use crate::realtime::{Woken, wake};
 use crate::rig::ArmedRig;
 use crate::rig::device::LookedAt;
 
@@ -26,6 +27,14 @@ pub(super) struct Ticks<'a> {
     started: bool,
     missed: u32,
     pub(super) missed_since_row: u32,
+    /// How late its ticks came so far.
+    lateness: LatenessHistogram,
+    /// Periods that were missed before this tick, until the log knows it.
+    stall: Option<Stall>,
+    /// Stalls that the log may still be told.
+    stalls_left: u32,
+    /// The longest stall that the log was told, s.
+    longest_told_s: f64,
     means: Means,
     /// The one axis that moves: the others only hold, and are logged as seldom as the payload.
     alone: Option<usize>,
@@ -62,6 +71,10 @@ impl<'a> Ticks<'a> {
             started: false,
             missed: 0,
             missed_since_row: 0,
+            lateness: LatenessHistogram::default(),
+            stall: None,
+            stalls_left: MOST_STALLS,
+            longest_told_s: 0.0,
             means: Means::default(),
             looked_at: LookedAt::by(case),
             alone: (!case.logs_all_axes()).then_some(moving),
@@ -108,13 +121,39 @@ impl<'a> Ticks<'a> {
             self.due += self.period;
         }
         self.started = true;
-        self.now = self.conditions.clock.wait_until(self.due);
-        self.missed = 0;
-        while self.now >= self.due + self.period {
-            self.due += self.period;
-            self.missed += 1;
+        let woken = wake(&self.conditions.clock, self.due, self.period);
+        self.missed = woken.missed_periods;
+        self.take(&woken);
+    }
+
+    /// A tick has come: notes its time, and how late it is.
+    pub(super) fn take(&mut self, woken: &Woken) {
+        (self.now, self.due) = (woken.now, woken.due);
+        let missed_periods = woken.missed_periods;
+        self.lateness.count(woken.late, missed_periods);
+        self.missed_since_row = self.missed_since_row.saturating_add(missed_periods);
+        let length_s = woken.late.as_secs_f64();
+        self.stall = (missed_periods > 0).then_some(Stall { length_s, missed_periods });
+    }
+
+    /// Tells the log of a stall before this tick. A loop that stalls all the time tells only the first stalls, and later ones that
+    /// are longer than all before.
+    fn tell_stall(&mut self, recorder: &mut Recorder) {
+        let Some(stall) = self.stall.take() else { return };
+        if self.stalls_left == 0 && stall.length_s <= self.longest_told_s {
+            return;
         }
-        self.missed_since_row += self.missed;
+        self.stalls_left = self.stalls_left.saturating_sub(1);
+        self.longest_told_s = self.longest_told_s.max(stall.length_s);
+        self.tell(recorder, LoopEvent::Stall { point: self.conditions.point, stall });
+    }
+
+    /// Tells how late the ticks came; virtual time has nothing to tell.
+    pub(super) fn tell_lateness(&self, recorder: &mut Recorder) {
+        if !self.conditions.clock.is_virtual() {
+            let event = LoopEvent::Lateness { point: self.conditions.point, histogram: self.lateness };
+            self.tell(recorder, event);
+        }
     }
 
     /// A point that lasts longer than everything planned for it hangs somewhere.
@@ -132,6 +171,7 @@ impl<'a> Ticks<'a> {
         recorder: &mut Recorder,
         latched: Option<&Trip>,
     ) -> Option<Trip> {
+        self.tell_stall(recorder);
         let real_time = recorder.keeps() && !recorder.waits();
         let ring_ratio = if real_time { recorder.ring_ratio() } else { 0.0 };
         if ring_ratio > 0.5 && !self.ring_told {
@@ -205,11 +245,15 @@ impl<'a> Ticks<'a> {
         self.conditions.log_start_ns + u64::try_from((self.now - self.start).as_nanos()).unwrap_or(u64::MAX)
     }
 
-    /// Tells an event; of a way that no plan has, only what went wrong.
+    /// Tells an event; of a way that no plan has, only what went wrong and how late its ticks came.
     pub(super) fn tell(&self, recorder: &mut Recorder, event: LoopEvent) {
         let goes_wrong = matches!(
             event,
-            LoopEvent::Tripped { .. } | LoopEvent::Stopped { .. } | LoopEvent::RingHalfFull { .. }
+            LoopEvent::Tripped { .. }
+                | LoopEvent::Stopped { .. }
+                | LoopEvent::RingHalfFull { .. }
+                | LoopEvent::Stall { .. }
+                | LoopEvent::Lateness { .. }
         );
         if self.is_untold && !goes_wrong {
             return;
@@ -316,6 +360,9 @@ impl<'a> Ticks<'a> {
 
 /// So long every tick is kept after the axes have come to rest.
 const LINGERS: Duration = Duration::from_millis(100);
+
+/// More stalls than these say nothing new about a point, unless they are longer.
+const MOST_STALLS: u32 = 1000;
 
 /// More trips than these say nothing new about a point.
 const MOST_TRIPS: usize = 16;

@@ -11,6 +11,7 @@ use crate::cycle::recorder::Recorder;
 use crate::cycle::run::{Between, PointError, PointOutcome};
 use crate::cycle::safe::{Exit, Safe, make_safe};
 use crate::cycle::stops::Stops;
+use crate::realtime::Rights;
 use crate::rig::{ArmedRig, PointSettings};
 use crate::site::{Contact, Surroundings};
 
@@ -29,9 +30,14 @@ pub(super) fn serve<'a>(
     };
     let devices = crate::rig::identities::records(opening.rig, &opened.rig, &opened.grounds);
     let preparer = opened.rig.instruments().preparer();
+    // Kept until the session ends. Virtual time needs no rights.
+    let rights = (!opened.clock.is_virtual()).then(Rights::ask);
+    let grants = rights.as_ref().map(|rights| rights.grants.clone()).unwrap_or_default();
+    let locks_memory = rights.as_ref().is_some_and(Rights::locks_memory);
+    let clock = opened.clock.clone();
     report(
         reports,
-        Report::Opened(Box::new(Opened { bus: opened.bus, devices, preparer, clock: opened.clock })),
+        Report::Opened(Box::new(Opened { bus: opened.bus, devices, preparer, clock, grants, locks_memory })),
     );
     let Some(arming) = armed_by(&mut orders) else { return };
     let rig = match opened.rig.arm(&opened.clock) {
@@ -233,7 +239,8 @@ impl<'a> Ticking<'a> {
         let from = self.between.next_due();
         let exit = Exit { clock: &self.clock, from, period: self.period, open_loop: self.open_loop };
         let mut stops = Stops::new(self.rig.axes().len());
-        let safe: Safe = make_safe(&mut self.rig, &exit, &mut stops, |_, _| {});
+        let between = &mut self.between;
+        let safe: Safe = make_safe(&mut self.rig, &exit, &mut stops, |_, woken| between.note(woken));
         self.between.end(&safe, &mut self.recorder);
         let log_time_ns =
             self.between.log_time_ns(from + self.period * u32::try_from(safe.ticks).unwrap_or(0));

@@ -60,6 +60,7 @@ fn page(needs_pass: &[&str]) -> Page {
             planned("D", "position"),
         ],
         instruments: Vec::new(),
+        grants: Vec::new(),
         title_page: reports::record::TitlePage::default(),
         operator: None,
         serial_number: None,

@@ -135,3 +135,51 @@ fn a_gyro_that_waited_for_the_loop_says_how_old_its_message_is() {
     let ages = ages(&[0, 1, 1, 1, 1, 1, 33, 1, 1]);
     assert_eq!(ages[4..], [(0, 0), (0, 0), (0, 32), (0, 0), (0, 0)], "{ages:?}");
 }
+
+#[test]
+fn a_stall_from_one_to_five_hundred_milliseconds_is_one_event_of_its_length() {
+    let unit = UnitSettings::default();
+    for missed_periods in [4, 40, 400, 2000] {
+        let after = Duration::from_secs(1);
+        let clock = |ready| match gap(ready, after) {
+            Clock::Late(lateness) => Clock::Late(Lateness { periods: [missed_periods; 2], ..lateness }),
+            other => other,
+        };
+        let rig_file = Rig { max_missed_periods: 2000, ..sim() };
+        let (_, window) = run_on(&slew(0.5), &Bed { rig_file, clock: &clock, ..Bed::on(&unit) });
+        let forced_s = (missed_periods * PERIOD).as_secs_f64();
+        assert_eq!(window.stalls.len(), 1, "{forced_s} s: {:?}", window.stalls);
+        let stall = window.stalls[0];
+        assert!((stall.length_s - forced_s).abs() <= PERIOD.as_secs_f64(), "{forced_s} s: {stall:?}");
+        assert_eq!(stall.missed_periods, missed_periods);
+        let lateness = window.lateness.expect("time is not virtual");
+        assert_eq!(lateness.missed(), u64::from(missed_periods));
+        assert!((lateness.longest_stall_s() - forced_s).abs() <= PERIOD.as_secs_f64());
+    }
+}
+
+#[test]
+fn a_loop_that_stalls_all_the_time_tells_a_thousand_stalls_and_longer_ones_and_counts_all() {
+    let unit = UnitSettings::default();
+    let clock = |from| {
+        Clock::Late(Lateness {
+            seed: 3,
+            period: PERIOD,
+            from,
+            until: Duration::MAX,
+            one_in: 2,
+            periods: [1, 8],
+        })
+    };
+    let (_, window) = run_on(&slew(1.5), &Bed { clock: &clock, ..Bed::on(&unit) });
+    let lateness = window.lateness.expect("time is not virtual");
+    assert!(lateness.missed() > 5000, "{}", lateness.missed());
+    assert_eq!(window.stalls.len(), 1000, "the longest is among the first");
+    assert!((lateness.longest_stall_s() - 2e-3).abs() < 1e-9, "{}", lateness.longest_stall_s());
+}
+
+#[test]
+fn virtual_time_tells_no_lateness() {
+    let (_, window) = run_case(&slew(0.5), &UnitSettings::default(), &[], 0);
+    assert_eq!((window.lateness, window.stalls), (None, Vec::new()));
+}

@@ -64,5 +64,6 @@ pub(in crate::kinds) fn window_of(
     };
     let status = PointStatus::Completed;
     let (trips, stops, left) = Default::default();
-    Window { point: 0, status, segments, trips, stops, left, topics: vec![Rows { topic, time_s, columns }] }
+    let topics = vec![Rows { topic, time_s, columns }];
+    Window { status, trips, stops, left, ..Window::completed(topics, segments) }
 }
