@@ -43,10 +43,13 @@ impl Site for WiredSite {
         })?;
         let interface = checked(name)?;
         let clock = Clock::real();
-        let link = PacketSocket::open(name, Box::new({
-            let clock = clock.clone();
-            move || clock.now()
-        }))?;
+        let link = PacketSocket::open(
+            name,
+            Box::new({
+                let clock = clock.clone();
+                move || clock.now()
+            }),
+        )?;
         let bus = EtherCatBus::open(Box::new(link), settings(rig, name))?;
         let (ports, images) = terminals(rig);
         let bus: Box<dyn Fieldbus> = Box::new(WithTerminals::new(bus, images));

@@ -49,7 +49,8 @@ use self::group::Group;
 use self::mailbox::Mailboxes;
 use self::pump::{Pump, Stopped};
 use super::{
-    BusState, Exchange, Fieldbus, MAX_FRAME_BYTES, News, Notice, ProcessImage, SdoAbort, SdoRequest, SdoWire, Slot,
+    BusState, Exchange, Fieldbus, MAX_FRAME_BYTES, News, Notice, ProcessImage, SdoAbort, SdoRequest, SdoWire,
+    Slot,
 };
 use crate::device::DeviceError;
 

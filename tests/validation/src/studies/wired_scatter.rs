@@ -113,7 +113,8 @@ fn print(over_wire: &Run, virtual_runs: &[Run]) -> bool {
     println!("{} values: {most} within {MOST_WITHIN}, {all} within {ALL_WITHIN}", sizes.len());
     let mut are_equal = true;
     for (id, verdict) in &over_wire.verdicts {
-        let others: Vec<&str> = virtual_runs.iter().filter_map(|r| Some(r.verdicts.get(id)?.as_str())).collect();
+        let others: Vec<&str> =
+            virtual_runs.iter().filter_map(|r| Some(r.verdicts.get(id)?.as_str())).collect();
         let same = others.iter().filter(|other| *other == verdict).count();
         println!("{id}: {verdict} over the wire, in {same} of {} virtual runs", others.len());
         are_equal &= 2 * same > others.len();
@@ -131,13 +132,15 @@ fn read(folder: &Path) -> Result<Run, String> {
             let conditions: Vec<String> =
                 m.conditions.iter().map(|c| format!("{}={:.6}", c.name, c.requested)).collect();
             let point = m.point.as_deref().unwrap_or("-");
-            let name = format!("{} [{point}] {} {} {}", procedure.id, m.axis, m.measurand, conditions.join(" "));
+            let name =
+                format!("{} [{point}] {} {} {}", procedure.id, m.axis, m.measurand, conditions.join(" "));
             if let Some(value) = m.value {
                 values.insert(name, (value, m.u));
             }
         }
     }
     let outcomes = &results.findings.outcomes;
-    let verdicts = outcomes.iter().map(|outcome| (outcome.requirement.clone(), format!("{:?}", outcome.verdict)));
+    let verdicts =
+        outcomes.iter().map(|outcome| (outcome.requirement.clone(), format!("{:?}", outcome.verdict)));
     Ok(Run { values, verdicts: verdicts.collect() })
 }
