@@ -1,1 +1,15 @@
+//! The line and its SubDevices as a MainDevice sees them: frames in, frames out.
 
+mod bench;
+mod clocks;
+mod commands;
+mod emergencies;
+mod faults;
+mod fmmus;
+mod frames;
+mod mailboxes;
+mod registers;
+mod states;
+mod sync_managers;
+pub(super) mod toy;
+mod watchdogs;
