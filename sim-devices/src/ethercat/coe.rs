@@ -13,6 +13,11 @@ const SDO_RESPONSE: u8 = 3;
 /// Service: SDO information.
 const SDO_INFORMATION: u8 = 8;
 
+/// Mailbox error: the header says nothing that is known.
+const INVALID_HEADER: u16 = 0x0005;
+/// Mailbox error: there is no whole header.
+const TOO_SHORT: u16 = 0x0006;
+
 /// SDO abort codes of the protocol itself.
 mod abort {
     pub(super) const TOGGLE: u32 = 0x0503_0000;
@@ -65,15 +70,15 @@ impl SdoServer {
     }
 
     /// Answers a CoE message; both without mailbox header. `room` is what the mailbox holds beside its header. Nothing is
-    /// answered to what is no request.
+    /// answered to what is no request; the error is the detail of a mailbox error.
     pub(crate) fn answer(
         &mut self,
         application: &mut dyn Application,
         message: &[u8],
         room: usize,
-    ) -> Vec<Vec<u8>> {
-        let &[_, high, ref rest @ ..] = message else { return Vec::new() };
-        match high >> 4 {
+    ) -> Result<Vec<Vec<u8>>, u16> {
+        let &[_, high, ref rest @ ..] = message else { return Err(TOO_SHORT) };
+        Ok(match high >> 4 {
             SDO_REQUEST => {
                 let mut request = [0; SDO_BYTES - 2];
                 let count = rest.len().min(request.len());
@@ -82,8 +87,9 @@ impl SdoServer {
                 self.sdo(application, &request, data, rest, room).into_iter().collect()
             }
             SDO_INFORMATION => information::answer(application, rest, room),
-            _ => Vec::new(),
-        }
+            EMERGENCY | SDO_RESPONSE => Vec::new(),
+            _ => return Err(INVALID_HEADER),
+        })
     }
 
     /// Answers an SDO: its fixed part, what follows that, and both together for segments.

@@ -78,19 +78,23 @@ impl Mailbox {
     }
 
     fn answer(&mut self, application: &mut dyn Application, request: &[u8], room: usize, now: Duration) {
-        let due = now + self.answers_after;
-        let kind_and_counter = request[5];
+        let due = now.saturating_add(self.answers_after);
+        // A mailbox that holds no header is no mailbox.
+        let Some(&kind_and_counter) = request.get(5) else { return };
         let counter = kind_and_counter >> 4 & 7;
         let length = usize::from(u16::from_le_bytes([request[0], request[1]]));
         let Some(body) = request.get(HEADER_BYTES..HEADER_BYTES + length) else {
             return self.refuse(INVALID_SIZE, counter, due);
         };
         match kind_and_counter & 0x0F {
-            TYPE_COE => {
-                for body in self.sdo.answer(application, body, room) {
-                    self.push(Message { kind: TYPE_COE, counter, body, due });
+            TYPE_COE => match self.sdo.answer(application, body, room) {
+                Ok(answers) => {
+                    for body in answers {
+                        self.push(Message { kind: TYPE_COE, counter, body, due });
+                    }
                 }
-            }
+                Err(detail) => self.refuse(detail, counter, due),
+            },
             _ => self.refuse(UNSUPPORTED_PROTOCOL, counter, due),
         }
     }

@@ -9,7 +9,6 @@ pub(super) const FIRST: u16 = 0x1001;
 /// From one frame to the next.
 const BETWEEN: Duration = Duration::from_micros(100);
 
-pub(super) const APRD: u8 = 1;
 pub(super) const APWR: u8 = 2;
 pub(super) const FPRD: u8 = 4;
 pub(super) const FPWR: u8 = 5;
@@ -193,9 +192,14 @@ impl<L: EtherCatLine> Bench<L> {
         assert_eq!(self.asked(station, 2), [2, 0]);
     }
 
-    /// Process data of these lengths, and SAFE-OP.
+    /// Process data of these lengths, and SAFE-OP, all the way from INIT.
     pub(super) fn to_safe_op(&mut self, station: u16, outputs: u16, inputs: u16) {
         self.to_pre_op(station);
+        self.from_pre_op(station, outputs, inputs);
+    }
+
+    /// Process data of these lengths, and SAFE-OP.
+    pub(super) fn from_pre_op(&mut self, station: u16, outputs: u16, inputs: u16) {
         self.sync_manager(station, 2, 0x1100, outputs, 0x64);
         self.sync_manager(station, 3, 0x1400, inputs, 0x20);
         assert_eq!(self.asked(station, 4), [4, 0]);

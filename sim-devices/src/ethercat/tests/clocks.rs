@@ -138,6 +138,17 @@ fn inputs_are_those_of_the_last_pulse_and_outputs_act_at_the_next_one() {
 }
 
 #[test]
+fn outputs_act_at_the_next_pulse_even_where_nobody_looked_for_several_cycles() {
+    let mut bench = synchronised(10_000_000);
+    bench.ask(FIRST, 8);
+    bench.wait(MS * 20 + Duration::from_micros(250) - bench.now);
+    bench.write(FIRST, 0x1100, &[1, 2, 3, 4]);
+    bench.wait(MS * 25 + Duration::from_micros(700) - bench.now);
+    assert_eq!(bench.line.toys[0].taken, [(MS * 21, vec![1, 2, 3, 4])]);
+    assert_eq!(bench.line.toys[0].sampled.last(), Some(&(MS * 25)));
+}
+
+#[test]
 fn nothing_is_sampled_before_the_first_pulse() {
     let mut bench = synchronised(50_000_000);
     let count = bench.line.toys[0].sampled.len();

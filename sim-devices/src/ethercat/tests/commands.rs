@@ -130,7 +130,11 @@ fn nothing_is_counted_where_there_is_no_memory() {
         let adp = if matches!(command, 4..=6) { FIRST } else { 0 };
         for (ado, count) in [(0x000A, 2), (0x0680, 16), (0x3000, 1), (0xFFFF, 1), (0xFFFF, 2), (0x2FFF, 2)] {
             let answer = bench.one(at(command, adp, ado, &vec![0x55; count]));
-            assert_eq!((answer.counter, answer.data), (0, vec![0x55; count]), "command {command}, {ado:04X}h");
+            assert_eq!(
+                (answer.counter, answer.data),
+                (0, vec![0x55; count]),
+                "command {command}, {ado:04X}h"
+            );
         }
     }
 }

@@ -6,7 +6,7 @@ use super::super::application::Emergency;
 use super::super::faults::LineFault;
 use super::super::line::EtherCatLine;
 use super::bench::*;
-use super::faults::{RigLine, rig_and_bench};
+use super::faults::rig_and_bench;
 use super::toy::toy;
 use crate::rig::Fault;
 
@@ -26,19 +26,16 @@ fn a_fault_of_a_drive_becomes_a_message_and_its_end_another() {
     assert_eq!(body[4], bench.upload(FIRST, 0x1001, 0)[4], "the error register");
     bench.wait(MS * 20);
     assert_eq!(bench.fetch(FIRST), None, "told once");
-    reset(&mut bench);
-    let (_, body) = bench.fetch(FIRST).expect("another message");
-    assert_eq!(body[..5], [0, 0x10, 0, 0, 0], "no error any more");
-}
-
-/// A rising edge of the fault reset bit, by SDO.
-fn reset(bench: &mut Bench<RigLine>) {
-    for word in [0x00, 0x80] {
-        assert_eq!(bench.post(FIRST, 0x13, &[0, 0x20, 0x2B, 0x40, 0x60, 0, word, 0, 0, 0]), 1);
-        let (_, body) = bench.fetch(FIRST).expect("an answer");
-        assert_eq!(body[2], 0x60, "{body:02X?}");
+    bench.from_pre_op(FIRST, 10, 12);
+    bench.ask(FIRST, 8);
+    // A rising edge of the fault reset bit; its effect comes after the delay of the drive.
+    for controlword in [[0x00; 10], [0x80; 10]].concat() {
+        let outputs = [controlword, 0, 0, 0, 0, 0, 0, 0, 10, 0];
+        assert_eq!(bench.write(FIRST, 0x1100, &outputs), 1);
         bench.wait(MS * 20);
     }
+    let (_, body) = bench.fetch(FIRST).expect("another message");
+    assert_eq!(body[..5], [0, 0x10, 0, 0, 0], "no error any more");
 }
 
 #[test]
@@ -68,5 +65,3 @@ fn a_message_that_is_injected_takes_its_own_counter() {
     }
     assert_eq!(counters, [1, 2, 3, 4, 5, 6, 7, 1, 2]);
 }
-
-

@@ -113,7 +113,10 @@ pub(super) struct ToyLine {
 
 impl EtherCatLine for ToyLine {
     fn pass(&mut self, now: Duration, frame: &mut [u8]) -> Passage {
-        self.devices.iter_mut().zip(&mut self.toys).for_each(|(device, toy)| device.advance(toy, now));
+        for (device, toy) in self.devices.iter_mut().zip(&mut self.toys) {
+            device.give_pulse(toy, now);
+            device.advance(toy, now);
+        }
         for device in &mut self.devices {
             let passed = frame::for_each_datagram(frame, |d| command::pass(&mut device.esc, d, now));
             if passed.is_err() {
@@ -127,6 +130,7 @@ impl EtherCatLine for ToyLine {
 
     fn advance(&mut self, now: Duration) {
         for (device, toy) in self.devices.iter_mut().zip(&mut self.toys) {
+            device.give_pulse(toy, now);
             device.advance(toy, now);
             device.serve(toy, now);
         }
