@@ -15,6 +15,7 @@ mod frame;
 mod line;
 mod link;
 mod mailbox;
+mod objects;
 mod sii;
 mod states;
 mod subdevice;

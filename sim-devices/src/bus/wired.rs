@@ -40,8 +40,10 @@ impl<P: Plant> VirtualBus<P> {
         self.stations.as_mut()[k].drive.receive(self.steps_count, outputs);
     }
 
-    /// A drive's end of the bus enters a state.
+    /// A drive's end of the bus enters a state. In OP it waits for outputs from now on, and not from the last ones.
     pub(crate) fn enter(&mut self, k: usize, state: BusState) {
-        self.stations.as_mut()[k].drive.set_bus_state(state);
+        let drive = &mut self.stations.as_mut()[k].drive;
+        drive.set_bus_state(state);
+        drive.feed(self.steps_count);
     }
 }

@@ -137,6 +137,12 @@ impl Drive {
         self.schedule();
     }
 
+    /// The watchdog counts from this step on.
+    pub(crate) fn feed(&mut self, step: u64) {
+        self.fed_step = step;
+        self.schedule();
+    }
+
     /// Abort connection option 6007h. Without torque there is nothing to stop, but option 1 is a fault all the same.
     fn lose_connection(&mut self) {
         let torque = self.state.has_torque();

@@ -4,7 +4,8 @@ use std::time::Duration;
 
 use drivers::wire::BusState;
 
-use super::application::{Application, Emergency, ProcessDataBytes};
+use super::application::{Application, Emergency, EntryInfo, ObjectInfo, ProcessDataBytes};
+use super::objects;
 use super::sii::{Description, MailboxPlace, Pdo, PdoEntry};
 use crate::bus::{Plant, VirtualBus};
 use crate::cia402::Drive;
@@ -130,6 +131,14 @@ impl<P: Plant> Application for WiredDrive<'_, P> {
         indices.extend([0x1C00, 0x1C32, 0x1C33]);
         indices.sort_unstable();
         indices
+    }
+
+    fn object_info(&self, index: u16) -> Option<ObjectInfo> {
+        objects::object(index)
+    }
+
+    fn entry_info(&self, index: u16, sub: u8) -> Option<EntryInfo> {
+        objects::entry(index, sub)
     }
 
     fn map(&mut self) -> Result<ProcessDataBytes, u32> {

@@ -109,8 +109,11 @@ impl Esc {
         self.memory[usize::from(register)] = value;
     }
 
-    /// Whether this is the device with a station address, or with this alias where that is enabled.
+    /// Whether this is the device with a station address, or with this alias where that is enabled. Address 0 is nobody's.
     pub(crate) fn has_station(&self, address: u16) -> bool {
+        if address == 0 {
+            return false;
+        }
         let by_alias = self.memory[ALIAS_ENABLED] & 1 != 0 && self.u16(registers::ALIAS) == address;
         self.u16(registers::STATION) == address || by_alias
     }

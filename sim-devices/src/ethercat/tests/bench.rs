@@ -88,11 +88,13 @@ pub(super) fn answers(frame: &[u8]) -> Vec<Answer> {
 pub(super) struct Bench<L> {
     pub(super) line: L,
     pub(super) now: Duration,
+    /// Counter of the last mailbox message of [`Self::upload`].
+    counter: u8,
 }
 
 impl<L: EtherCatLine> Bench<L> {
     pub(super) fn new(line: L) -> Self {
-        Self { line, now: Duration::ZERO }
+        Self { line, now: Duration::ZERO, counter: 0 }
     }
 
     /// Sends a frame as it is.
@@ -232,9 +234,11 @@ impl<L: EtherCatLine> Bench<L> {
     /// Reads an object of up to four bytes.
     pub(super) fn upload(&mut self, station: u16, index: u16, sub: u8) -> Vec<u8> {
         let [low, high] = index.to_le_bytes();
-        assert_eq!(self.post(station, 0x13, &[0, 0x20, 0x40, low, high, sub, 0, 0, 0, 0]), 1);
-        let (kind, body) = self.fetch(station).expect("an answer");
-        assert_eq!((kind, &body[..2]), (0x13, &[0, 0x30][..]));
+        self.counter = self.counter % 7 + 1;
+        let kind = 3 | self.counter << 4;
+        assert_eq!(self.post(station, kind, &[0, 0x20, 0x40, low, high, sub, 0, 0, 0, 0]), 1);
+        let (answered, body) = self.fetch(station).expect("an answer");
+        assert_eq!((answered, &body[..2]), (kind, &[0, 0x30][..]));
         body[2..].to_vec()
     }
 }

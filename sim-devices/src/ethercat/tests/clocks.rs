@@ -183,6 +183,23 @@ fn a_start_of_32_bits_is_the_next_time_that_has_this_low_word() {
 }
 
 #[test]
+fn a_drive_that_waited_long_for_op_is_given_time_for_its_first_pulse() {
+    let mut bench = super::faults::rig();
+    bench.to_pre_op(FIRST);
+    bench.write(FIRST, 0x0990, &700_000_000_u64.to_le_bytes());
+    bench.write(FIRST, 0x09A0, &1_000_000_u32.to_le_bytes());
+    bench.write(FIRST, 0x0980, &[0, 3]);
+    bench.from_pre_op(FIRST, 10, 12);
+    bench.wait(MS * 650);
+    bench.write(FIRST, 0x1100, &[0; 10]);
+    assert_eq!(bench.asked(FIRST, 8), [8, 0]);
+    bench.wait(MS * 30);
+    bench.write(FIRST, 0x1100, &[0; 10]);
+    bench.wait(MS * 60);
+    assert_eq!(bench.state(FIRST), [8, 0]);
+}
+
+#[test]
 fn op_ends_when_sync0_fails_and_comes_back_with_it() {
     let mut bench = synchronised(5_000_000);
     bench.wait(MS * 8);

@@ -16,7 +16,7 @@ fn bench() -> Bench<super::toy::ToyLine> {
 #[test]
 fn an_answer_carries_the_counter_of_its_request() {
     let mut bench = bench();
-    for counter in [0, 1, 4, 7, 7] {
+    for counter in [0, 0, 1, 4, 7, 1] {
         assert_eq!(bench.post(FIRST, 3 | counter << 4, &UPLOAD), 1);
         let (kind, body) = bench.fetch(FIRST).expect("an answer");
         assert_eq!(kind, 3 | counter << 4);
@@ -27,9 +27,9 @@ fn an_answer_carries_the_counter_of_its_request() {
 #[test]
 fn protocols_that_the_device_has_not_are_answered_by_a_mailbox_error() {
     let mut bench = bench();
-    for kind in [0, 1, 2, 4, 5, 15] {
-        bench.post(FIRST, kind | 0x30, &[1, 2, 3, 4]);
-        assert_eq!(bench.fetch(FIRST), Some((0x30, vec![1, 0, 2, 0])), "type {kind}");
+    for (counter, kind) in (1..).zip([0, 1, 2, 4, 5, 15]) {
+        bench.post(FIRST, kind | counter << 4, &[1, 2, 3, 4]);
+        assert_eq!(bench.fetch(FIRST), Some((counter << 4, vec![1, 0, 2, 0])), "type {kind}");
     }
 }
 
@@ -40,10 +40,37 @@ fn a_length_beyond_the_mailbox_and_a_message_without_service_are_mailbox_errors(
     (message[0], message[5]) = (123, 0x13);
     assert_eq!(bench.write(FIRST, 0x1000, &message), 1);
     assert_eq!(bench.fetch(FIRST), Some((0x10, vec![1, 0, 8, 0])), "invalid size");
-    bench.post(FIRST, 0x13, &[0]);
-    assert_eq!(bench.fetch(FIRST), Some((0x10, vec![1, 0, 6, 0])), "too short");
+    bench.post(FIRST, 0x23, &[0]);
+    assert_eq!(bench.fetch(FIRST), Some((0x20, vec![1, 0, 6, 0])), "too short");
     bench.post(FIRST, 0x13, &[0, 0x90, 0, 0, 0, 0, 0, 0, 0, 0]);
     assert_eq!(bench.fetch(FIRST), Some((0x10, vec![1, 0, 5, 0])), "no such service");
+}
+
+#[test]
+fn a_message_that_is_sent_twice_is_answered_once() {
+    let mut bench = bench();
+    assert_eq!(bench.post(FIRST, 0x13, &UPLOAD), 1);
+    assert_eq!(bench.post(FIRST, 0x13, &UPLOAD), 1, "taken, and dropped");
+    assert!(bench.fetch(FIRST).is_some());
+    assert_eq!(bench.fetch(FIRST), None);
+    assert_eq!(bench.asked(FIRST, 1), [1, 0]);
+    assert_eq!(bench.asked(FIRST, 2), [2, 0]);
+    bench.post(FIRST, 0x13, &UPLOAD);
+    assert!(bench.fetch(FIRST).is_some(), "after INIT counters begin anew");
+}
+
+#[test]
+fn an_answer_goes_to_the_address_that_the_request_came_from() {
+    let mut bench = bench();
+    let mut message = vec![10, 0, 0x34, 0x92, 0, 0x13];
+    message.extend(UPLOAD);
+    message.resize(128, 0);
+    bench.write(FIRST, 0x1000, &message);
+    assert_eq!(bench.read(FIRST, 0x1080, 128)[..6], [10, 0, 0x34, 0x92, 0, 0x13]);
+    let emergency = Emergency { code: 1, register: 1, vendor: [0; 5] };
+    bench.line.devices[0].send_emergency(emergency, bench.now);
+    bench.wait(std::time::Duration::from_millis(1));
+    assert_eq!(bench.read(FIRST, 0x1080, 128)[..6], [10, 0, 0, 0, 0, 0x13]);
 }
 
 #[test]

@@ -32,12 +32,13 @@ fn two_devices_with_the_same_alias_both_answer_and_the_last_one_is_read() {
 }
 
 #[test]
-fn devices_without_an_address_all_have_address_zero() {
+fn devices_without_an_address_answer_to_no_station_address() {
     let mut bench = toys(vec![Toy::new(), Toy::new()]);
     for k in 0..2 {
         bench.write(FIRST + k, 0x0010, &[0, 0]);
     }
-    assert_eq!(bench.one(at(FPRD, 0, 0, &[0])).counter, 2);
+    assert_eq!(bench.one(at(FPRD, 0, 0, &[0])).counter, 0);
+    assert_eq!(bench.one(at(BRD, 0, 0, &[0])).counter, 2);
 }
 
 #[test]
