@@ -1,8 +1,10 @@
 //! The line and its SubDevices as a MainDevice sees them: frames in, frames out.
 
+mod anything;
 mod bench;
 mod clocks;
 mod commands;
+mod described;
 mod emergencies;
 mod faults;
 mod fmmus;
@@ -11,5 +13,5 @@ mod mailboxes;
 mod registers;
 mod states;
 mod sync_managers;
-pub(super) mod toy;
+pub(crate) mod toy;
 mod watchdogs;
