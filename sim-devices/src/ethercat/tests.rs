@@ -8,6 +8,7 @@ mod described;
 mod emergencies;
 mod faults;
 mod fmmus;
+mod foreign;
 mod frames;
 mod mailboxes;
 mod registers;

@@ -31,12 +31,19 @@ impl EtherCatLine for RigLine {
     }
 }
 
-/// Two drives and a terminal, numbered, and the rig that they belong to.
-pub(super) fn rig_and_bench() -> (SimulatedRig, Bench<RigLine>) {
+/// Two drives and a terminal after power-up, and the rig that they belong to.
+pub(super) fn unnumbered() -> (SimulatedRig, RigLine) {
     let address = SeedAddress { seed: 1, procedure: "line".to_owned(), point: String::new() };
     let start = StartState { az_rad: 0.0, el_rad: 0.0, heat_sink_degc: 20.0 };
     let rig = SimulatedRig::new(&UnitSettings::default(), &address, start);
-    let mut bench = Bench::new(RigLine(rig.ethercat_line()));
+    let line = RigLine(rig.ethercat_line());
+    (rig, line)
+}
+
+/// The same, numbered.
+pub(super) fn rig_and_bench() -> (SimulatedRig, Bench<RigLine>) {
+    let (rig, line) = unnumbered();
+    let mut bench = Bench::new(line);
     bench.number();
     (rig, bench)
 }
