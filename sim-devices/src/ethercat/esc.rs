@@ -253,8 +253,11 @@ impl Esc {
     }
 
     /// Status and device side control of a sync manager cannot be written from the bus, and where it lies only while it is
-    /// not enabled.
+    /// not enabled. The start of SYNC0 cannot be written while it is given.
     fn is_locked(&self, address: u16) -> bool {
+        if (registers::SYNC_START..registers::SYNC_START + 8).contains(&address) {
+            return self.u8(registers::SYNC_ACTIVATION) & 1 != 0;
+        }
         let end = registers::SYNC_MANAGER + (SYNC_MANAGERS * registers::SYNC_MANAGER_BYTES) as u16;
         (registers::SYNC_MANAGER..end).contains(&address)
             && match address % 8 {

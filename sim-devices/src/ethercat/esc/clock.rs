@@ -67,10 +67,15 @@ impl Clock {
         self.local_ns(now).wrapping_add(read_u64(memory, TIME_OFFSET))
     }
 
-    /// Puts the system time into its register.
+    /// Puts the system time and that of the next SYNC0 into their registers.
     pub(crate) fn show(&self, memory: &mut [u8], now: Duration) {
         let system = self.system_ns(memory, now);
         put(memory, SYSTEM_TIME, &system.to_le_bytes());
+        if let Some(Pulses { start_ns, cycle_ns }) = self.sync0 {
+            let passed = system.checked_sub(start_ns).map_or(0, |since| since / u64::from(cycle_ns) + 1);
+            let next = start_ns.saturating_add(passed.saturating_mul(u64::from(cycle_ns)));
+            put(memory, SYNC_START, &next.to_le_bytes());
+        }
     }
 
     /// A write to 0900h: receive times at the ports. The frame came in at port 0 at `now`, and comes back to port 1 after

@@ -48,8 +48,8 @@ proptest! {
         pause_us in 0_u64..2000,
     ) {
         let mut bench = rig();
-        bench.to_safe_op(FIRST, 10, 12);
-        bench.to_op(FIRST + 1, 10, 12);
+        bench.reach_safe_op(FIRST, 10, 12);
+        bench.reach_op(FIRST + 1, 10, 12);
         for datagrams in frames {
             let sent = frame(&datagrams);
             let mut back = sent.clone();
@@ -66,7 +66,7 @@ proptest! {
         sdo: bool,
     ) {
         let mut bench = rig();
-        bench.to_pre_op(FIRST);
+        bench.reach_pre_op(FIRST);
         for (k, (kind, mut body)) in messages.into_iter().enumerate() {
             let kind = if sdo { 3 | (k as u8 % 7 + 1) << 4 } else { kind };
             if sdo && body.len() > 3 {

@@ -188,28 +188,28 @@ impl<L: EtherCatLine> Bench<L> {
     }
 
     /// Both mailboxes as a device with 128 bytes each has them, and PRE-OP.
-    pub(super) fn to_pre_op(&mut self, station: u16) {
+    pub(super) fn reach_pre_op(&mut self, station: u16) {
         self.sync_manager(station, 0, 0x1000, 128, 0x26);
         self.sync_manager(station, 1, 0x1080, 128, 0x22);
         assert_eq!(self.asked(station, 2), [2, 0]);
     }
 
     /// Process data of these lengths, and SAFE-OP, all the way from INIT.
-    pub(super) fn to_safe_op(&mut self, station: u16, outputs: u16, inputs: u16) {
-        self.to_pre_op(station);
-        self.from_pre_op(station, outputs, inputs);
+    pub(super) fn reach_safe_op(&mut self, station: u16, outputs: u16, inputs: u16) {
+        self.reach_pre_op(station);
+        self.go_on_to_safe_op(station, outputs, inputs);
     }
 
     /// Process data of these lengths, and SAFE-OP.
-    pub(super) fn from_pre_op(&mut self, station: u16, outputs: u16, inputs: u16) {
+    pub(super) fn go_on_to_safe_op(&mut self, station: u16, outputs: u16, inputs: u16) {
         self.sync_manager(station, 2, 0x1100, outputs, 0x64);
         self.sync_manager(station, 3, 0x1400, inputs, 0x20);
         assert_eq!(self.asked(station, 4), [4, 0]);
     }
 
     /// OP with outputs that are all zero.
-    pub(super) fn to_op(&mut self, station: u16, outputs: u16, inputs: u16) {
-        self.to_safe_op(station, outputs, inputs);
+    pub(super) fn reach_op(&mut self, station: u16, outputs: u16, inputs: u16) {
+        self.reach_safe_op(station, outputs, inputs);
         self.ask(station, 8);
         assert_eq!(self.write(station, 0x1100, &vec![0; usize::from(outputs)]), 1);
         assert_eq!(self.state(station), [8, 0]);

@@ -113,7 +113,7 @@ fn a_part_of_a_time_is_not_compared() {
 /// A toy in SAFE-OP that is given SYNC0 every millisecond from this instant on.
 fn synchronised(start_ns: u64) -> Bench<ToyLine> {
     let mut bench = toy();
-    bench.to_pre_op(FIRST);
+    bench.reach_pre_op(FIRST);
     bench.sync_manager(FIRST, 2, 0x1100, 4, 0x64);
     bench.sync_manager(FIRST, 3, 0x1400, 4, 0x20);
     bench.write(FIRST, 0x0990, &start_ns.to_le_bytes());
@@ -159,6 +159,19 @@ fn nothing_is_sampled_before_the_first_pulse() {
 }
 
 #[test]
+fn the_start_register_shows_the_next_pulse_and_cannot_be_moved_while_they_come() {
+    let mut bench = synchronised(10_000_000);
+    assert_eq!(bench.read_u32(FIRST, 0x0990), 10_000_000);
+    bench.wait(MS * 12 + Duration::from_micros(300) - bench.now);
+    assert_eq!(bench.read_u32(FIRST, 0x0990), 13_000_000);
+    assert_eq!(bench.write(FIRST, 0x0990, &[0; 8]), 0);
+    assert_eq!(bench.read_u32(FIRST, 0x0990), 13_000_000);
+    bench.write(FIRST, 0x0981, &[0]);
+    assert_eq!(bench.write(FIRST, 0x0990, &[0; 8]), 1);
+    assert_eq!(bench.read_u32(FIRST, 0x0990), 0);
+}
+
+#[test]
 fn a_start_far_ahead_in_the_first_seconds_is_no_start_that_has_passed() {
     let mut bench = synchronised(4_000_000_000);
     bench.ask(FIRST, 8);
@@ -169,7 +182,7 @@ fn a_start_far_ahead_in_the_first_seconds_is_no_start_that_has_passed() {
 #[test]
 fn a_start_of_32_bits_is_the_next_time_that_has_this_low_word() {
     let mut bench = toy();
-    bench.to_pre_op(FIRST);
+    bench.reach_pre_op(FIRST);
     bench.sync_manager(FIRST, 2, 0x1100, 4, 0x64);
     bench.sync_manager(FIRST, 3, 0x1400, 4, 0x20);
     // System time 5·2³² and a little.
@@ -185,11 +198,11 @@ fn a_start_of_32_bits_is_the_next_time_that_has_this_low_word() {
 #[test]
 fn a_drive_that_waited_long_for_op_is_given_time_for_its_first_pulse() {
     let mut bench = super::faults::rig();
-    bench.to_pre_op(FIRST);
+    bench.reach_pre_op(FIRST);
     bench.write(FIRST, 0x0990, &700_000_000_u64.to_le_bytes());
     bench.write(FIRST, 0x09A0, &1_000_000_u32.to_le_bytes());
     bench.write(FIRST, 0x0980, &[0, 3]);
-    bench.from_pre_op(FIRST, 10, 12);
+    bench.go_on_to_safe_op(FIRST, 10, 12);
     bench.wait(MS * 650);
     bench.write(FIRST, 0x1100, &[0; 10]);
     assert_eq!(bench.asked(FIRST, 8), [8, 0]);

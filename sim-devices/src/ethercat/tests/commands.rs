@@ -81,7 +81,7 @@ fn every_command_selects_reads_writes_and_counts_as_the_standard_has_it() {
 fn logical_commands_count_once_a_device_whatever_the_number_of_its_fmmus() {
     let mut bench = toys(vec![Toy::new(), Toy::new()]);
     for (k, station) in (0..).zip([FIRST, FIRST + 1]) {
-        bench.to_op(station, 4, 4);
+        bench.reach_op(station, 4, 4);
         bench.fmmu(station, 0, k * 4, 4, 0x1100, 2);
         bench.fmmu(station, 1, 0x100 + k * 4, 2, 0x1400, 1);
         bench.fmmu(station, 2, 0x102 + k * 4, 2, 0x1402, 1);
@@ -100,7 +100,7 @@ fn logical_commands_count_once_a_device_whatever_the_number_of_its_fmmus() {
 #[test]
 fn a_read_write_takes_the_outputs_that_came_in_and_puts_the_inputs_into_the_same_place() {
     let mut bench = super::toy::toy();
-    bench.to_op(FIRST, 4, 4);
+    bench.reach_op(FIRST, 4, 4);
     bench.fmmu(FIRST, 0, 0, 4, 0x1100, 2);
     bench.fmmu(FIRST, 1, 0, 4, 0x1400, 1);
     let answer = bench.one(logical(LRW, 0, &[9, 8, 7, 6]));

@@ -13,7 +13,7 @@ fn information(bench: &mut Bench<RigLine>, counter: u8, request: &[u8]) -> Vec<u
 #[test]
 fn a_drive_tells_types_access_and_names() {
     let mut bench = rig();
-    bench.to_pre_op(FIRST);
+    bench.reach_pre_op(FIRST);
     // Index and sub-index; data type, bits, access; readable 7, writable 38h, in PRE-OP 08h, output 40h, input 80h.
     let rows: [(u16, u8, [u8; 3], &str); 10] = [
         (0x6040, 0, [6, 16, 0x7F], "Controlword"),
@@ -38,7 +38,7 @@ fn a_drive_tells_types_access_and_names() {
 #[test]
 fn lists_are_lists_even_while_they_are_empty() {
     let mut bench = rig();
-    bench.to_pre_op(FIRST);
+    bench.reach_pre_op(FIRST);
     let rows: [(u16, [u8; 4], &str); 4] = [
         (0x1001, [5, 0, 0, 7], "Error register"),
         (0x1601, [5, 0, 0, 9], "RxPDO mapping"),
@@ -56,7 +56,7 @@ fn lists_are_lists_even_while_they_are_empty() {
 #[test]
 fn lists_of_what_outputs_and_inputs_may_hold_are_not_empty() {
     let mut bench = rig();
-    bench.to_pre_op(FIRST);
+    bench.reach_pre_op(FIRST);
     let lengths = information(&mut bench, 1, &[1, 0, 0, 0, 0, 0]);
     let length = |k: usize| u16::from_le_bytes([lengths[2 * k], lengths[2 * k + 1]]);
     assert_eq!([0, 1, 2, 3, 4, 5].map(length), [0, 57, 6, 13, 0, 0]);

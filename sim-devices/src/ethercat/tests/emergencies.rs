@@ -15,7 +15,7 @@ const MS: Duration = Duration::from_millis(1);
 #[test]
 fn a_fault_of_a_drive_becomes_a_message_and_its_end_another() {
     let (rig, mut bench) = rig_and_bench();
-    bench.to_pre_op(FIRST);
+    bench.reach_pre_op(FIRST);
     assert_eq!(bench.fetch(FIRST), None);
     rig.schedule(bench.now, Fault::Drive { drive: 0, code: 0x7305 });
     bench.wait(MS * 20);
@@ -26,7 +26,7 @@ fn a_fault_of_a_drive_becomes_a_message_and_its_end_another() {
     assert_eq!(body[4], bench.upload(FIRST, 0x1001, 0)[4], "the error register");
     bench.wait(MS * 20);
     assert_eq!(bench.fetch(FIRST), None, "told once");
-    bench.from_pre_op(FIRST, 10, 12);
+    bench.go_on_to_safe_op(FIRST, 10, 12);
     bench.ask(FIRST, 8);
     // A rising edge of the fault reset bit; its effect comes after the delay of the drive.
     for controlword in [[0x00; 10], [0x80; 10]].concat() {
@@ -41,7 +41,7 @@ fn a_fault_of_a_drive_becomes_a_message_and_its_end_another() {
 #[test]
 fn a_message_that_waits_comes_before_the_answer_to_an_sdo() {
     let mut bench = toy();
-    bench.to_pre_op(FIRST);
+    bench.reach_pre_op(FIRST);
     let emergency = Emergency { code: 0x2310, register: 2, vendor: [1, 2, 3, 4, 5] };
     bench.line.toys[0].tells = Some(emergency);
     bench.wait(MS);
@@ -55,7 +55,7 @@ fn a_message_that_waits_comes_before_the_answer_to_an_sdo() {
 #[test]
 fn a_message_that_is_injected_takes_its_own_counter() {
     let (_, mut bench) = rig_and_bench();
-    bench.to_pre_op(FIRST + 1);
+    bench.reach_pre_op(FIRST + 1);
     let mut counters = Vec::new();
     for code in 0..9 {
         let emergency = Emergency { code, register: 1, vendor: [0; 5] };

@@ -139,7 +139,7 @@ fn a_broken_cable_takes_all_devices_behind_it() {
 fn a_device_that_comes_back_has_its_address_and_the_error_of_its_watchdog() {
     let mut bench = rig();
     let [outputs, inputs] = DRIVE_BYTES;
-    bench.to_op(FIRST + 1, outputs, inputs);
+    bench.reach_op(FIRST + 1, outputs, inputs);
     bench.inject(unplugged(1, true));
     for _ in 0..30 {
         bench.wait(MS * 4);
@@ -155,7 +155,7 @@ fn a_device_that_comes_back_has_its_address_and_the_error_of_its_watchdog() {
 fn a_device_that_is_unplugged_for_a_moment_stays_in_op() {
     let mut bench = rig();
     let [outputs, inputs] = DRIVE_BYTES;
-    bench.to_op(FIRST + 1, outputs, inputs);
+    bench.reach_op(FIRST + 1, outputs, inputs);
     bench.inject(unplugged(1, true));
     bench.wait(MS * 20);
     bench.inject(unplugged(1, false));
@@ -166,7 +166,7 @@ fn a_device_that_is_unplugged_for_a_moment_stays_in_op() {
 fn an_error_of_the_state_machine_ends_op_and_in_lower_states_is_only_shown() {
     let mut bench = rig();
     let [outputs, inputs] = DRIVE_BYTES;
-    bench.to_op(FIRST, outputs, inputs);
+    bench.reach_op(FIRST, outputs, inputs);
     bench.inject(LineFault::AlError { device: 0, code: 0x0032 });
     assert_eq!(bench.state(FIRST), [0x14, 0x0032]);
     bench.inject(LineFault::AlError { device: 1, code: 0x0001 });
@@ -179,7 +179,7 @@ fn an_error_of_the_state_machine_ends_op_and_in_lower_states_is_only_shown() {
 fn a_watchdog_that_is_made_to_act_ends_op() {
     let mut bench = rig();
     let [outputs, inputs] = DRIVE_BYTES;
-    bench.to_op(FIRST, outputs, inputs);
+    bench.reach_op(FIRST, outputs, inputs);
     bench.inject(LineFault::Watchdog { device: 0 });
     assert_eq!(bench.state(FIRST), [0x14, 0x001B]);
     assert_eq!(bench.read(FIRST, 0x0440, 1)[0] & 1, 0);
@@ -206,7 +206,7 @@ fn transitions_are_refused_by_the_code_that_was_chosen_until_that_is_over() {
 fn a_mailbox_is_mute_slow_or_refuses_every_transfer() {
     let upload = [0, 0x20, 0x40, 0x00, 0x10, 0, 0, 0, 0, 0];
     let mut bench = rig();
-    bench.to_pre_op(FIRST);
+    bench.reach_pre_op(FIRST);
     bench.inject(LineFault::Mute { device: 0, is_mute: true });
     assert_eq!(bench.post(FIRST, 0x13, &upload), 1);
     bench.wait(MS * 100);
@@ -253,7 +253,7 @@ fn faults_of_devices_that_do_not_exist_are_named() {
 #[test]
 fn times_without_end_overflow_nothing() {
     let mut bench = rig();
-    bench.to_pre_op(FIRST);
+    bench.reach_pre_op(FIRST);
     bench.inject(LineFault::SlowMailbox { device: 0, take: Duration::MAX });
     bench.inject(LineFault::SlowTransitions { device: 0, take: Duration::MAX });
     bench.inject(LineFault::ClockStep { device: 0, by_ns: i64::MIN });

@@ -6,7 +6,7 @@ use super::toy::toy;
 #[test]
 fn a_datagram_may_hold_a_part_of_the_process_data() {
     let mut bench = toy();
-    bench.to_op(FIRST, 4, 4);
+    bench.reach_op(FIRST, 4, 4);
     bench.fmmu(FIRST, 0, 0x1000, 4, 0x1100, 2);
     bench.fmmu(FIRST, 1, 0x1004, 4, 0x1400, 1);
     assert_eq!(bench.one(logical(LWR, 0x0FFE, &[9, 9, 1, 2])).counter, 1);
@@ -23,7 +23,7 @@ fn a_datagram_may_hold_a_part_of_the_process_data() {
 #[test]
 fn the_state_of_a_mailbox_can_be_mapped_into_the_inputs() {
     let mut bench = toy();
-    bench.to_pre_op(FIRST);
+    bench.reach_pre_op(FIRST);
     bench.fmmu(FIRST, 2, 0x40, 1, 0x080D, 1);
     assert_eq!(bench.one(logical(LRD, 0x40, &[0xFF])).data, [0]);
     bench.post(FIRST, 0x13, &[0, 0x20, 0x40, 0, 0x10, 0, 0, 0, 0, 0]);

@@ -2,7 +2,6 @@
 
 use super::bench::*;
 use super::toy::toy;
-use crate::rig::SimulatedRig;
 
 /// Frame of one datagram that reads the first byte of all devices.
 fn survey() -> Vec<u8> {
@@ -86,7 +85,7 @@ fn the_interrupt_field_carries_the_events_of_the_mask_until_the_status_was_read(
     let mut bench = toy();
     assert_eq!(bench.one(at(BRD, 0, 0, &[0])).events, 0, "no event is enabled");
     bench.write(FIRST, 0x0200, &[0x08, 0]);
-    bench.to_pre_op(FIRST);
+    bench.reach_pre_op(FIRST);
     bench.ask(FIRST, 1);
     assert_eq!(bench.one(at(BRD, 0, 0, &[0])).events, 0x08, "the AL status changed");
     assert_eq!(bench.one(at(FPRD, 0x2000, 0, &[0])).events, 0x08, "a frame for others carries it too");
@@ -98,7 +97,7 @@ fn the_interrupt_field_carries_the_events_of_the_mask_until_the_status_was_read(
 #[test]
 fn a_mailbox_that_holds_a_message_is_an_event() {
     let mut bench = toy();
-    bench.to_pre_op(FIRST);
+    bench.reach_pre_op(FIRST);
     bench.write(FIRST, 0x0200, &[0x20, 0]);
     bench.post(FIRST, 0x13, &[0, 0x20, 0x40, 0, 0x10, 0, 0, 0, 0, 0]);
     assert_eq!(bench.one(at(BRD, 0, 0, &[0])).events, 0x20);
@@ -109,21 +108,8 @@ fn a_mailbox_that_holds_a_message_is_an_event() {
 #[test]
 fn the_event_request_shows_what_the_mask_hides() {
     let mut bench = toy();
-    bench.to_pre_op(FIRST);
+    bench.reach_pre_op(FIRST);
     bench.post(FIRST, 0x13, &[0, 0x20, 0x40, 0, 0x10, 0, 0, 0, 0, 0]);
     assert_eq!(bench.read_u16(FIRST, 0x0200), 0);
     assert_eq!(bench.read_u16(FIRST, 0x0210) & 0x20, 0x20);
-}
-
-#[test]
-fn a_line_without_frames_lets_the_world_go_on() {
-    let rig = SimulatedRig::new(
-        &crate::unit::UnitSettings::default(),
-        &crate::rig::SeedAddress { seed: 1, procedure: "line".to_owned(), point: String::new() },
-        crate::rig::StartState { az_rad: 0.0, el_rad: 0.0, heat_sink_degc: 20.0 },
-    );
-    let mut line = rig.ethercat_line();
-    line.advance(std::time::Duration::from_millis(3));
-    assert_eq!(rig.truth_of_axes(), rig.truth_of_axes());
-    assert_eq!(line.names().len(), 3);
 }

@@ -9,7 +9,7 @@ const UPLOAD: [u8; 10] = [0, 0x20, 0x40, 0x00, 0x10, 0, 0, 0, 0, 0];
 fn bench() -> Bench<super::toy::ToyLine> {
     let toy = Toy::new().with(0x1000, 0, &[0x92, 1, 2, 0]).with(0x2000, 0, &[7]);
     let mut bench = toys(vec![toy]);
-    bench.to_pre_op(FIRST);
+    bench.reach_pre_op(FIRST);
     bench
 }
 
@@ -114,7 +114,7 @@ fn a_mailbox_that_is_disabled_while_a_message_waits_ends_pre_op() {
     bench.write(FIRST, 0x080E, &[0]);
     assert_eq!(bench.state(FIRST), [0x11, 0x0016]);
     bench.ask(FIRST, 0x11);
-    bench.to_pre_op(FIRST);
+    bench.reach_pre_op(FIRST);
     assert_eq!(bench.fetch(FIRST), None, "the message is gone");
 }
 

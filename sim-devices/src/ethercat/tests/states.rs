@@ -13,9 +13,9 @@ const MS: Duration = Duration::from_millis(1);
 fn in_state(state: u8) -> Bench<ToyLine> {
     let mut bench = toy();
     match state {
-        2 => bench.to_pre_op(FIRST),
-        4 => bench.to_safe_op(FIRST, 4, 4),
-        8 => bench.to_op(FIRST, 4, 4),
+        2 => bench.reach_pre_op(FIRST),
+        4 => bench.reach_safe_op(FIRST, 4, 4),
+        8 => bench.reach_op(FIRST, 4, 4),
         _ => {}
     }
     bench
@@ -206,7 +206,7 @@ fn a_device_without_outputs_needs_none_for_op() {
     let mut toy = Toy::new();
     toy.bytes.outputs = 0;
     let mut bench = toys(vec![toy]);
-    bench.to_pre_op(FIRST);
+    bench.reach_pre_op(FIRST);
     bench.sync_manager(FIRST, 3, 0x1400, 4, 0x20);
     assert_eq!(bench.asked(FIRST, 4), [4, 0]);
     assert_eq!(bench.asked(FIRST, 8), [8, 0]);

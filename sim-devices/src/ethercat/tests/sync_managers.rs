@@ -19,7 +19,7 @@ fn a_mailbox_takes_a_message_when_it_is_empty_and_from_its_first_byte_on() {
 #[test]
 fn an_empty_mailbox_refuses_to_be_read_and_that_opens_nothing() {
     let mut bench = toy();
-    bench.to_pre_op(FIRST);
+    bench.reach_pre_op(FIRST);
     assert_eq!(bench.one(at(FPRD, FIRST, 0x1080, &[0x55; 128])).data, [0x55; 128]);
     assert!(bench.fetch(FIRST).is_none());
     bench.post(FIRST, 0x13, &[0, 0x20, 0x40, 0, 0x10, 0, 0, 0, 0, 0]);
@@ -53,7 +53,7 @@ fn a_message_is_gone_when_its_mailbox_was_disabled_and_enabled_again() {
 #[test]
 fn a_buffer_never_blocks_and_gives_a_whole_picture() {
     let mut bench = toy();
-    bench.to_op(FIRST, 4, 4);
+    bench.reach_op(FIRST, 4, 4);
     for k in 0..3 {
         assert_eq!(bench.write(FIRST, 0x1100, &[k; 4]), 1);
         assert_eq!(bench.read(FIRST, 0x1400, 4), (bench.now.as_micros() as u32).to_le_bytes());
@@ -67,7 +67,7 @@ fn a_buffer_never_blocks_and_gives_a_whole_picture() {
 #[test]
 fn outputs_reach_the_application_when_they_are_complete() {
     let mut bench = toy();
-    bench.to_op(FIRST, 4, 4);
+    bench.reach_op(FIRST, 4, 4);
     let count = bench.line.toys[0].taken.len();
     bench.write(FIRST, 0x1100, &[1, 2, 3]);
     assert_eq!(bench.line.toys[0].taken.len(), count);

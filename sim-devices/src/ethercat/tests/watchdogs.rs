@@ -11,7 +11,7 @@ const MS: Duration = Duration::from_millis(1);
 
 fn in_op() -> Bench<ToyLine> {
     let mut bench = toy();
-    bench.to_op(FIRST, 4, 4);
+    bench.reach_op(FIRST, 4, 4);
     bench
 }
 
@@ -80,7 +80,7 @@ fn zero_switches_it_off_and_so_does_a_sync_manager_that_does_not_trigger_it() {
     bench.wait(MS * 10_000);
     assert_eq!(bench.state(FIRST), [8, 0]);
     let mut bench = toy();
-    bench.to_pre_op(FIRST);
+    bench.reach_pre_op(FIRST);
     bench.sync_manager(FIRST, 2, 0x1100, 4, 0x24);
     bench.sync_manager(FIRST, 3, 0x1400, 4, 0x20);
     bench.ask(FIRST, 4);
@@ -93,7 +93,7 @@ fn zero_switches_it_off_and_so_does_a_sync_manager_that_does_not_trigger_it() {
 #[test]
 fn it_waits_for_op() {
     let mut bench = toy();
-    bench.to_safe_op(FIRST, 4, 4);
+    bench.reach_safe_op(FIRST, 4, 4);
     bench.write(FIRST, 0x1100, &[0; 4]);
     bench.wait(MS * 300);
     assert_eq!(bench.asked(FIRST, 8), [8, 0]);
