@@ -30,6 +30,8 @@ const CONTROLLER: [u8; 10] = [
 const WATCHDOG_DIVIDER: u16 = 0x09C2;
 /// 100 ms.
 const WATCHDOG_UNITS: u16 = 1000;
+/// Event: the DL status changed.
+const DL_EVENT: u16 = 1 << 2;
 /// Event: the AL status changed.
 const AL_EVENT: u16 = 1 << 3;
 /// Event of sync manager 0; the others follow.
@@ -50,6 +52,8 @@ pub(crate) struct Esc {
     state_was_asked: bool,
     /// The AL status changed since it was read.
     state_changed: bool,
+    /// A link came or went since the DL status was read.
+    links_changed: bool,
     /// When outputs were last written to a sync manager that feeds the watchdog.
     fed_at: Option<Duration>,
 }
@@ -67,6 +71,7 @@ impl Esc {
             behind_ns: 0,
             state_was_asked: false,
             state_changed: false,
+            links_changed: false,
             fed_at: None,
         };
         esc.put_u16(registers::WATCHDOG_DIVIDER, WATCHDOG_DIVIDER);
@@ -140,6 +145,13 @@ impl Esc {
         self.put_u16(registers::AL_STATUS_CODE, code);
     }
 
+    /// Sets the DL status. What it was after power-up is no change.
+    pub(crate) fn set_links(&mut self, status: u16) {
+        let before = self.u16(registers::DL_STATUS);
+        self.links_changed |= before != 0 && before != status;
+        self.put_u16(registers::DL_STATUS, status);
+    }
+
     /// When the process data watchdog was last fed.
     pub(crate) fn fed_at(&self) -> Option<Duration> {
         self.fed_at
@@ -171,7 +183,8 @@ impl Esc {
     fn requested_events(&self) -> u16 {
         let mailboxes = self.sync_managers.iter().enumerate().filter(|(_, manager)| manager.is_full());
         let pending = mailboxes.fold(0, |bits, (n, _)| bits | SYNC_MANAGER_EVENT << n);
-        pending | if self.state_changed { AL_EVENT } else { 0 }
+        let state = if self.state_changed { AL_EVENT } else { 0 };
+        pending | state | if self.links_changed { DL_EVENT } else { 0 }
     }
 
     /// The bus reads memory; false if nothing of it is there, or sync managers refuse all of it. What is refused stays as it
@@ -199,9 +212,8 @@ impl Esc {
             is_there |= exists;
             *byte = if exists { self.memory[at] } else { 0 };
         }
-        if range.contains(&usize::from(registers::AL_STATUS)) {
-            self.state_changed = false;
-        }
+        self.state_changed &= !range.contains(&usize::from(registers::AL_STATUS));
+        self.links_changed &= !range.contains(&usize::from(registers::DL_STATUS));
         is_there
     }
 

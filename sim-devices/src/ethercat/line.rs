@@ -128,7 +128,7 @@ impl<P: Plant> Line<P> {
         for (k, place) in self.places.iter_mut().take(self.present).enumerate() {
             let behind = (self.present - 1 - k) as u32;
             place.device.esc.behind_ns = 2 * HOP_NS * behind;
-            place.device.esc.put_u16(registers::DL_STATUS, if behind > 0 { BETWEEN } else { LAST });
+            place.device.esc.set_links(if behind > 0 { BETWEEN } else { LAST });
         }
     }
 

@@ -136,6 +136,20 @@ fn a_broken_cable_takes_all_devices_behind_it() {
 }
 
 #[test]
+fn a_link_that_is_lost_is_an_event_until_the_status_was_read() {
+    let mut bench = rig();
+    let events = |bench: &mut Bench<RigLine>| bench.one(at(BRD, 0, 0x0000, &[0])).events;
+    bench.one(at(BWR, 0, 0x0200, &[0x04, 0]));
+    assert_eq!(events(&mut bench), 0);
+    bench.inject(unplugged(2, true));
+    assert_eq!(events(&mut bench), 0x04);
+    bench.read(FIRST, 0x0110, 2);
+    assert_eq!(events(&mut bench), 0x04, "it is the second device that has it");
+    bench.read(FIRST + 1, 0x0110, 2);
+    assert_eq!(events(&mut bench), 0);
+}
+
+#[test]
 fn a_device_that_comes_back_has_its_address_and_the_error_of_its_watchdog() {
     let mut bench = rig();
     let [outputs, inputs] = DRIVE_BYTES;

@@ -99,3 +99,25 @@ fn it_waits_for_op() {
     assert_eq!(bench.asked(FIRST, 8), [8, 0]);
     assert_eq!(watchdog(&mut bench), [1, 0]);
 }
+
+#[test]
+fn a_drive_that_is_enabled_faults_when_its_outputs_stop() {
+    let mut bench = super::faults::rig();
+    bench.reach_op(FIRST, 10, 12);
+    // Shutdown, switch on, enable operation: each held until the drive has had time for it.
+    for controlword in [[0x06; 20], [0x07; 20], [0x0F; 20]].concat() {
+        bench.write(FIRST, 0x1100, &[controlword, 0, 0, 0, 0, 0, 0, 0, 10, 0]);
+        bench.wait(MS * 20);
+    }
+    let statusword = |bench: &mut Bench<super::faults::RigLine>| bench.read(FIRST, 0x1400, 1)[0];
+    assert_eq!(statusword(&mut bench) & 0x6F, 0x27, "operation enabled");
+    bench.wait(MS * 200);
+    assert_eq!(bench.state(FIRST), [0x14, 0x001B]);
+    for _ in 0..50 {
+        bench.wait(MS * 20);
+    }
+    assert_eq!(statusword(&mut bench) & 0x4F, 0x08, "fault");
+    let (_, emergency) = bench.fetch(FIRST).expect("an emergency message");
+    assert_eq!(emergency[..4], [0, 0x10, 0x00, 0x75], "communication");
+    assert_eq!(bench.upload(FIRST, 0x603F, 0)[4..6], [0x00, 0x75]);
+}
