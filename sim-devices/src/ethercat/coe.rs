@@ -213,11 +213,10 @@ impl SdoServer {
             return Err((Address::default(), abort::COMMAND));
         };
         let address = *address;
-        let command = whole[0];
+        let Some((&command, data)) = whole.split_first() else { return Err((address, abort::COMMAND)) };
         if (command & COMPLETE != 0) != *toggle {
             return Err((address, abort::TOGGLE));
         }
-        let data = &whole[1..];
         // Up to seven bytes the unused ones are counted in the command.
         let unused = if data.len() <= SEGMENT_BYTES { usize::from(command >> 1 & 7) } else { 0 };
         got.extend(&data[..data.len().saturating_sub(unused)]);

@@ -192,6 +192,8 @@ fn a_request_that_is_cut_short_is_no_panic() {
         let message = [0, SDO_REQUEST << 4, 0x40, 0x00, 0x20, 0, 0, 0, 0, 0];
         assert_eq!(bench.all(&message[..count]).len(), 1, "{count} bytes");
     }
+    bench.sdo(&[0x21, 0x00, 0x20, 0, 200, 0, 0, 0]);
+    assert_eq!(bench.sdo(&[]), abort(0x2000, 0, 0x0504_0001), "a segment without even a command");
     assert_eq!(bench.server.answer(&mut bench.toy, &[0], ROOM), Err(TOO_SHORT));
     assert_eq!(bench.server.answer(&mut bench.toy, &[0, 0xF0, 0], ROOM), Err(INVALID_HEADER));
     assert_eq!(bench.all(&[0, SDO_RESPONSE << 4, 0, 0]), Vec::<Vec<u8>>::new(), "nothing is asked");
