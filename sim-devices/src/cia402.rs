@@ -28,6 +28,7 @@ use crate::unit::AxisSettings;
 use commissioning::{Limits, commissioned, limits, steps};
 use deferred::Deferred;
 use dictionary::{Dictionary, abort, at};
+pub(crate) use dictionary::{Pdo as Mappable, Width, object};
 use drivers::wire::BusState;
 use mapping::Layout;
 pub(crate) use mapping::Mapping;

@@ -40,7 +40,7 @@ impl<P: Plant> VirtualBus<P> {
         self.stations.as_mut()[k].drive.receive(self.steps_count, outputs);
     }
 
-    /// A drive's end of the bus enters a state.
+    /// A drive's end of the bus enters a state. In OP it waits for outputs from now on, and not from the last ones.
     pub(crate) fn enter(&mut self, k: usize, state: BusState) {
         let step = self.steps_count;
         let drive = &mut self.stations.as_mut()[k].drive;

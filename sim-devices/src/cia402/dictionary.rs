@@ -290,7 +290,17 @@ impl Dictionary {
     }
 }
 
+/// An object as the table has it.
+pub(crate) fn object(index: u16, sub: u8) -> Option<&'static Object> {
+    Dictionary::find(index, sub).ok().map(|slot| &OBJECTS[slot])
+}
+
 impl Object {
+    /// Whether SDO may write it.
+    pub(crate) fn is_writable(&self) -> bool {
+        self.access == ReadWrite
+    }
+
     /// Whether the object takes this value.
     pub(crate) fn check(&self, value: i64) -> Result<(), u32> {
         match (self.only.first(), self.only.last()) {

@@ -2,7 +2,7 @@
 
 mod information;
 
-use super::application::Application;
+use super::application::{Application, Shape};
 
 /// Service: emergency.
 pub(crate) const EMERGENCY: u8 = 1;
@@ -13,11 +13,17 @@ const SDO_RESPONSE: u8 = 3;
 /// Service: SDO information.
 const SDO_INFORMATION: u8 = 8;
 
+/// Mailbox error: the header says nothing that is known.
+const INVALID_HEADER: u16 = 0x0005;
+/// Mailbox error: there is no whole header.
+const TOO_SHORT: u16 = 0x0006;
+
 /// SDO abort codes of the protocol itself.
 mod abort {
     pub(super) const TOGGLE: u32 = 0x0503_0000;
     pub(super) const COMMAND: u32 = 0x0504_0001;
     pub(super) const NO_COMPLETE_ACCESS: u32 = 0x0601_0004;
+    pub(super) const READ_ONLY: u32 = 0x0601_0002;
     pub(super) const LENGTH: u32 = 0x0607_0010;
     pub(super) const NO_SUB_INDEX: u32 = 0x0609_0011;
 }
@@ -65,15 +71,15 @@ impl SdoServer {
     }
 
     /// Answers a CoE message; both without mailbox header. `room` is what the mailbox holds beside its header. Nothing is
-    /// answered to what is no request.
+    /// answered to what is no request; the error is the detail of a mailbox error.
     pub(crate) fn answer(
         &mut self,
         application: &mut dyn Application,
         message: &[u8],
         room: usize,
-    ) -> Vec<Vec<u8>> {
-        let &[_, high, ref rest @ ..] = message else { return Vec::new() };
-        match high >> 4 {
+    ) -> Result<Vec<Vec<u8>>, u16> {
+        let &[_, high, ref rest @ ..] = message else { return Err(TOO_SHORT) };
+        Ok(match high >> 4 {
             SDO_REQUEST => {
                 let mut request = [0; SDO_BYTES - 2];
                 let count = rest.len().min(request.len());
@@ -82,8 +88,9 @@ impl SdoServer {
                 self.sdo(application, &request, data, rest, room).into_iter().collect()
             }
             SDO_INFORMATION => information::answer(application, rest, room),
-            _ => Vec::new(),
-        }
+            EMERGENCY | SDO_RESPONSE => Vec::new(),
+            _ => return Err(INVALID_HEADER),
+        })
     }
 
     /// Answers an SDO: its fixed part, what follows that, and both together for segments.
@@ -206,11 +213,10 @@ impl SdoServer {
             return Err((Address::default(), abort::COMMAND));
         };
         let address = *address;
-        let command = whole[0];
+        let Some((&command, data)) = whole.split_first() else { return Err((address, abort::COMMAND)) };
         if (command & COMPLETE != 0) != *toggle {
             return Err((address, abort::TOGGLE));
         }
-        let data = &whole[1..];
         // Up to seven bytes the unused ones are counted in the command.
         let unused = if data.len() <= SEGMENT_BYTES { usize::from(command >> 1 & 7) } else { 0 };
         got.extend(&data[..data.len().saturating_sub(unused)]);
@@ -249,7 +255,19 @@ fn aborted(address: Address, code: u32) -> Vec<u8> {
     bytes
 }
 
-/// An object as a whole: sub-index 0 takes two bytes, all others follow without gaps.
+/// Whether an object is one value or several: as the application has it, or by what it answers.
+fn shape(application: &mut dyn Application, index: u16, count: &[u8]) -> Shape {
+    if let Some(object) = application.object_info(index) {
+        return object.shape;
+    }
+    // Sub-index 0 of a list says how many there are; whether it is one shows in sub-index 1.
+    match count {
+        [_] if application.upload(index, 1) != Err(abort::NO_SUB_INDEX) => Shape::Record,
+        _ => Shape::Variable,
+    }
+}
+
+/// An object as a whole: sub-index 0 takes two bytes, all others that there are follow without gaps.
 fn upload_complete(application: &mut dyn Application, address: Address) -> Result<Vec<u8>, u32> {
     let count = sub_indices(application, address)?;
     let mut data = Vec::new();
@@ -257,7 +275,11 @@ fn upload_complete(application: &mut dyn Application, address: Address) -> Resul
         data.extend([count, 0]);
     }
     for sub in 1..=count {
-        data.extend(application.upload(address.index, sub)?);
+        match application.upload(address.index, sub) {
+            Ok(entry) => data.extend(entry),
+            Err(abort::NO_SUB_INDEX) => {}
+            Err(code) => return Err(code),
+        }
     }
     Ok(data)
 }
@@ -268,10 +290,8 @@ fn sub_indices(application: &mut dyn Application, address: Address) -> Result<u8
         return Err(abort::NO_COMPLETE_ACCESS);
     }
     let count = application.upload(address.index, 0)?;
-    let has_entries = application.upload(address.index, 1) != Err(abort::NO_SUB_INDEX);
-    match count[..] {
-        // A list that holds nothing is a list all the same.
-        [count] if has_entries || count == 0 => Ok(count),
+    match (shape(application, address.index, &count), &count[..]) {
+        (Shape::Array | Shape::Record, &[count]) => Ok(count),
         _ => Err(abort::NO_COMPLETE_ACCESS),
     }
 }
@@ -293,21 +313,53 @@ fn download(
     application.download(address.index, address.sub, data)
 }
 
-/// Writes all sub-indices of a list: its count to 0, the entries, the count.
+/// Writes all sub-indices of a list. One that can be resized is written as it must be: its count to 0, the entries, the count.
 fn download_complete(application: &mut dyn Application, address: Address, data: &[u8]) -> Result<(), u32> {
-    let (0, Some(&count)) = (address.sub, data.first()) else { return Err(abort::NO_COMPLETE_ACCESS) };
+    let present = sub_indices(application, address)?;
+    let index = address.index;
+    if address.sub == 1 {
+        return download_entries(application, index, present, data);
+    }
+    let Some(&count) = data.first() else { return Err(abort::LENGTH) };
     let entries = data.get(2..).unwrap_or(&[]);
-    application.download(address.index, 0, &[0])?;
+    match application.download(index, 0, &[0]) {
+        Ok(()) => {}
+        Err(abort::READ_ONLY) if count == present => {
+            return download_entries(application, index, count, entries);
+        }
+        Err(code) => return Err(code),
+    }
     if count > 0 {
         let width = entries.len() / usize::from(count);
         if width == 0 || entries.len() != width * usize::from(count) {
             return Err(abort::LENGTH);
         }
         for (sub, entry) in (1..=count).zip(entries.chunks(width)) {
-            application.download(address.index, sub, entry)?;
+            application.download(index, sub, entry)?;
         }
     }
-    application.download(address.index, 0, &[count])
+    application.download(index, 0, &[count])
+}
+
+/// Writes the entries that there are, each as long as it is.
+fn download_entries(
+    application: &mut dyn Application,
+    index: u16,
+    count: u8,
+    data: &[u8],
+) -> Result<(), u32> {
+    let mut rest = data;
+    for sub in 1..=count {
+        let width = match application.upload(index, sub) {
+            Ok(value) => value.len(),
+            Err(abort::NO_SUB_INDEX) => continue,
+            Err(code) => return Err(code),
+        };
+        let Some((entry, behind)) = rest.split_at_checked(width) else { return Err(abort::LENGTH) };
+        application.download(index, sub, entry)?;
+        rest = behind;
+    }
+    if rest.is_empty() { Ok(()) } else { Err(abort::LENGTH) }
 }
 
 #[cfg(test)]

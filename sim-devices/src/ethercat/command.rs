@@ -75,12 +75,16 @@ fn address(
     }
     let first = datagram.ado();
     let count = datagram.data.len();
+    let is_collected = selection == Selection::All;
     let mut read = [0; LONGEST];
     let read = &mut read[..count];
+    if !is_collected {
+        // What a sync manager refuses stays as it was sent.
+        read.copy_from_slice(datagram.data);
+    }
     let is_read = reads && esc.read(first, read, now);
     let is_written = writes && esc.write(first, datagram.data, now);
     if is_read {
-        let is_collected = selection == Selection::All;
         for (byte, found) in datagram.data.iter_mut().zip(read.iter()) {
             *byte = if is_collected { *byte | found } else { *found };
         }

@@ -4,7 +4,8 @@ use std::time::Duration;
 
 use drivers::wire::BusState;
 
-use super::application::{Application, Emergency, ProcessDataBytes};
+use super::application::{Application, Emergency, EntryInfo, ObjectInfo, ProcessDataBytes};
+use super::objects;
 use super::sii::{Description, MailboxPlace, Pdo, PdoEntry};
 use crate::bus::{Plant, VirtualBus};
 use crate::cia402::Drive;
@@ -13,6 +14,8 @@ use crate::cia402::Drive;
 const MAILBOX: MailboxPlace = MailboxPlace { receive: 0x1000, send: 0x1080, length: 128 };
 /// Outputs and inputs: room for three buffers of 256 bytes each.
 const PROCESS_DATA: [u16; 2] = [0x1100, 0x1400];
+/// Four PDOs of 64 bytes.
+const LARGEST_IMAGE_BYTES: usize = 256;
 const NO_SUB_INDEX: u32 = 0x0609_0011;
 const READ_ONLY: u32 = 0x0601_0002;
 const LENGTH: u32 = 0x0607_0010;
@@ -106,7 +109,15 @@ pub(crate) struct WiredDrive<'a, P: Plant> {
 
 impl<P: Plant> Application for WiredDrive<'_, P> {
     fn upload(&mut self, index: u16, sub: u8) -> Result<Vec<u8>, u32> {
-        self.end.upload(index, sub).unwrap_or_else(|| self.bus.drive(self.k).upload(index, sub))
+        if let Some(answer) = self.end.upload(index, sub) {
+            return answer;
+        }
+        if self.state() < BusState::SafeOp {
+            // Nobody samples the actual values here.
+            let now = self.bus.now();
+            self.bus.sample(self.k, now, &mut [0; LARGEST_IMAGE_BYTES]);
+        }
+        self.bus.drive(self.k).upload(index, sub)
     }
 
     fn download(&mut self, index: u16, sub: u8, data: &[u8]) -> Result<(), u32> {
@@ -120,6 +131,14 @@ impl<P: Plant> Application for WiredDrive<'_, P> {
         indices.extend([0x1C00, 0x1C32, 0x1C33]);
         indices.sort_unstable();
         indices
+    }
+
+    fn object_info(&self, index: u16) -> Option<ObjectInfo> {
+        objects::object(index)
+    }
+
+    fn entry_info(&self, index: u16, sub: u8) -> Option<EntryInfo> {
+        objects::entry(index, sub)
     }
 
     fn map(&mut self) -> Result<ProcessDataBytes, u32> {

@@ -30,6 +30,8 @@ const CONTROLLER: [u8; 10] = [
 const WATCHDOG_DIVIDER: u16 = 0x09C2;
 /// 100 ms.
 const WATCHDOG_UNITS: u16 = 1000;
+/// Event: the DL status changed.
+const DL_EVENT: u16 = 1 << 2;
 /// Event: the AL status changed.
 const AL_EVENT: u16 = 1 << 3;
 /// Event of sync manager 0; the others follow.
@@ -50,6 +52,8 @@ pub(crate) struct Esc {
     state_was_asked: bool,
     /// The AL status changed since it was read.
     state_changed: bool,
+    /// A link came or went since the DL status was read.
+    links_changed: bool,
     /// When outputs were last written to a sync manager that feeds the watchdog.
     fed_at: Option<Duration>,
 }
@@ -67,6 +71,7 @@ impl Esc {
             behind_ns: 0,
             state_was_asked: false,
             state_changed: false,
+            links_changed: false,
             fed_at: None,
         };
         esc.put_u16(registers::WATCHDOG_DIVIDER, WATCHDOG_DIVIDER);
@@ -109,8 +114,11 @@ impl Esc {
         self.memory[usize::from(register)] = value;
     }
 
-    /// Whether this is the device with a station address, or with this alias where that is enabled.
+    /// Whether this is the device with a station address, or with this alias where that is enabled. Address 0 is nobody's.
     pub(crate) fn has_station(&self, address: u16) -> bool {
+        if address == 0 {
+            return false;
+        }
         let by_alias = self.memory[ALIAS_ENABLED] & 1 != 0 && self.u16(registers::ALIAS) == address;
         self.u16(registers::STATION) == address || by_alias
     }
@@ -137,6 +145,13 @@ impl Esc {
         self.put_u16(registers::AL_STATUS_CODE, code);
     }
 
+    /// Sets the DL status. What it was after power-up is no change.
+    pub(crate) fn set_links(&mut self, status: u16) {
+        let before = self.u16(registers::DL_STATUS);
+        self.links_changed |= before != 0 && before != status;
+        self.put_u16(registers::DL_STATUS, status);
+    }
+
     /// When the process data watchdog was last fed.
     pub(crate) fn fed_at(&self) -> Option<Duration> {
         self.fed_at
@@ -161,81 +176,137 @@ impl Esc {
 
     /// Events for the interrupt field of a datagram.
     pub(crate) fn events(&self) -> u16 {
-        let mailboxes = self.sync_managers.iter().enumerate().filter(|(_, manager)| manager.is_full());
-        let pending = mailboxes.fold(0, |bits, (n, _)| bits | SYNC_MANAGER_EVENT << n);
-        (pending | if self.state_changed { AL_EVENT } else { 0 }) & self.u16(registers::EVENT_MASK)
+        self.requested_events() & self.u16(registers::EVENT_MASK)
     }
 
-    /// The bus reads memory; false if nothing is there or a sync manager refuses.
+    /// Events whether the mask lets them through or not.
+    fn requested_events(&self) -> u16 {
+        let mailboxes = self.sync_managers.iter().enumerate().filter(|(_, manager)| manager.is_full());
+        let pending = mailboxes.fold(0, |bits, (n, _)| bits | SYNC_MANAGER_EVENT << n);
+        let state = if self.state_changed { AL_EVENT } else { 0 };
+        pending | state | if self.links_changed { DL_EVENT } else { 0 }
+    }
+
+    /// The bus reads memory; false if nothing of it is there, or sync managers refuse all of it. What is refused stays as it
+    /// was in `into`.
     pub(crate) fn read(&mut self, first: u16, into: &mut [u8], now: Duration) -> bool {
-        let Some(last) = self.last(first, into.len()) else { return false };
-        match self.covering(first, into.len()) {
-            Cover::None => {}
-            Cover::Part => return false,
-            Cover::Whole(n, part) => return self.sync_managers[n].bus_reads(part, into),
-        }
+        let Some(range) = self.range(first, into.len()) else { return false };
         self.refresh(now);
+        let mut is_read = false;
+        let mut rest = into;
+        for part in self.parts(range) {
+            let (bytes, behind) = rest.split_at_mut(part.range.len());
+            is_read |= match part.manager {
+                Some(n) => self.sync_managers[n].bus_reads(part.inside, bytes),
+                None => self.read_memory(part.range, bytes),
+            };
+            rest = behind;
+        }
+        is_read
+    }
+
+    fn read_memory(&mut self, range: Range<usize>, into: &mut [u8]) -> bool {
         let mut is_there = false;
-        for (address, byte) in (first..=last).zip(into.iter_mut()) {
-            let exists = registers::access(address).is_some();
+        for (at, byte) in range.clone().zip(into.iter_mut()) {
+            let exists = registers::access(at as u16).is_some();
             is_there |= exists;
-            *byte = if exists { self.memory[usize::from(address)] } else { 0 };
+            *byte = if exists { self.memory[at] } else { 0 };
         }
-        if (first..=last).contains(&registers::AL_STATUS) {
-            self.state_changed = false;
-        }
+        self.state_changed &= !range.contains(&usize::from(registers::AL_STATUS));
+        self.links_changed &= !range.contains(&usize::from(registers::DL_STATUS));
         is_there
     }
 
-    /// The bus writes memory; false if nothing is there, nothing of it may be written, or a sync manager refuses.
+    /// The bus writes memory; false if nothing of it is there or may be written, or sync managers refuse all of it.
     pub(crate) fn write(&mut self, first: u16, bytes: &[u8], now: Duration) -> bool {
-        let Some(last) = self.last(first, bytes.len()) else { return false };
-        match self.covering(first, bytes.len()) {
-            Cover::None => {}
-            Cover::Part => return false,
-            Cover::Whole(n, part) => {
-                let is_written = self.sync_managers[n].bus_writes(part, bytes);
-                let feeds = self.sync_managers[n].configuration().is_some_and(|c| c.feeds_watchdog);
-                if is_written && feeds {
-                    self.fed_at = Some(now);
-                }
-                return is_written;
-            }
-        }
+        let Some(range) = self.range(first, bytes.len()) else { return false };
         let mut is_written = false;
-        for (address, &byte) in (first..=last).zip(bytes) {
+        let mut rest = bytes;
+        for part in self.parts(range) {
+            let (bytes, behind) = rest.split_at(part.range.len());
+            is_written |= match part.manager {
+                Some(n) => self.write_managed(n, part.inside, bytes, now),
+                None => self.write_memory(part.range, bytes, now),
+            };
+            rest = behind;
+        }
+        is_written
+    }
+
+    /// Outputs that are complete feed the watchdog.
+    fn write_managed(&mut self, n: usize, inside: Range<usize>, bytes: &[u8], now: Duration) -> bool {
+        let manager = &mut self.sync_managers[n];
+        let feeds =
+            manager.configuration().is_some_and(|c| c.feeds_watchdog && inside.end == usize::from(c.length));
+        let is_written = manager.bus_writes(inside, bytes);
+        if is_written && feeds {
+            self.fed_at = Some(now);
+            self.put_u16(registers::WATCHDOG_STATUS, 1);
+        }
+        is_written
+    }
+
+    fn write_memory(&mut self, range: Range<usize>, bytes: &[u8], now: Duration) -> bool {
+        let mut is_written = false;
+        for (at, &byte) in range.clone().zip(bytes) {
+            let address = at as u16;
             match registers::access(address) {
-                Some(Access::ReadWrite) if belongs_to_device(address) => continue,
-                Some(Access::ReadWrite) => self.memory[usize::from(address)] = byte,
-                Some(Access::Clear) => self.memory[usize::from(address)] = 0,
+                Some(Access::ReadWrite) if self.is_locked(address) => continue,
+                Some(Access::ReadWrite) => self.memory[at] = byte,
+                Some(Access::Clear) => self.memory[registers::group(address)].fill(0),
                 Some(Access::Read)
                     if (registers::PORT_TIMES..registers::SYSTEM_TIME + 8).contains(&address) => {}
                 Some(Access::Read) | None => continue,
             }
             is_written = true;
         }
-        self.after_write(first, bytes, now);
+        self.after_write(range.start as u16, bytes, now);
         is_written
     }
 
-    fn last(&self, first: u16, count: usize) -> Option<u16> {
-        let last = usize::from(first) + count.checked_sub(1)?;
-        u16::try_from(last).ok().filter(|_| last < self.memory.len())
+    /// Status and device side control of a sync manager cannot be written from the bus, and where it lies only while it is
+    /// not enabled. The start of SYNC0 cannot be written while it is given.
+    fn is_locked(&self, address: u16) -> bool {
+        if (registers::SYNC_START..registers::SYNC_START + 8).contains(&address) {
+            return self.u8(registers::SYNC_ACTIVATION) & 1 != 0;
+        }
+        let end = registers::SYNC_MANAGER + (SYNC_MANAGERS * registers::SYNC_MANAGER_BYTES) as u16;
+        (registers::SYNC_MANAGER..end).contains(&address)
+            && match address % 8 {
+                5 | 7 => true,
+                6 => false,
+                _ => self.u8(address / 8 * 8 + 6) & 1 != 0,
+            }
     }
 
-    /// The first sync manager that covers anything of a part of the memory.
-    fn covering(&self, first: u16, count: usize) -> Cover {
-        let (first, end) = (usize::from(first), usize::from(first) + count);
-        for (n, manager) in self.sync_managers.iter().enumerate() {
-            let Some(range) = manager.configuration().map(|c| c.range()) else { continue };
-            if range.start <= first && end <= range.end {
-                return Cover::Whole(n, first - range.start..end - range.start);
+    fn range(&self, first: u16, count: usize) -> Option<Range<usize>> {
+        let end = usize::from(first) + count;
+        (count > 0 && end <= self.memory.len()).then_some(usize::from(first)..end)
+    }
+
+    /// Cuts a part of the memory at the borders of the sync managers. Where two cover the same byte, it is the first one's.
+    fn parts(&self, range: Range<usize>) -> Vec<Part> {
+        let covered = |n: usize| self.sync_managers[n].configuration().map(|c| c.range());
+        let mut parts = Vec::new();
+        let mut at = range.start;
+        while at < range.end {
+            let ranges = (0..SYNC_MANAGERS).filter_map(|n| Some((n, covered(n)?)));
+            let (mut manager, mut end) = (None, range.end);
+            let mut inside = 0..0;
+            for (n, covers) in ranges {
+                if covers.contains(&at) {
+                    end = end.min(covers.end);
+                    (manager, inside) = (Some(n), at - covers.start..end - covers.start);
+                    break;
+                }
+                if covers.start > at {
+                    end = end.min(covers.start);
+                }
             }
-            if range.start < end && first < range.end {
-                return Cover::Part;
-            }
+            parts.push(Part { manager, range: at..end, inside });
+            at = end;
         }
-        Cover::None
+        parts
     }
 
     /// What follows from registers that were written.
@@ -263,8 +334,11 @@ impl Esc {
         self.clock.written(&mut self.memory, first, bytes.len(), now);
     }
 
-    /// The system time of the reference clock, whole or only its low word.
+    /// The system time of the reference clock, whole or only its low word; less is no time.
     fn compare(&mut self, received: &[u8], now: Duration) {
+        if received.len() < 4 {
+            return;
+        }
         let mut whole = [0; 8];
         let count = received.len().min(8);
         whole[..count].copy_from_slice(&received[..count]);
@@ -274,14 +348,17 @@ impl Esc {
     fn configure_sync_managers(&mut self) {
         for (n, manager) in self.sync_managers.iter_mut().enumerate() {
             let at = usize::from(registers::SYNC_MANAGER) + n * registers::SYNC_MANAGER_BYTES;
-            manager.configure(Configuration::decode(&self.memory[at..at + registers::SYNC_MANAGER_BYTES]));
+            let found = Configuration::decode(&self.memory[at..at + registers::SYNC_MANAGER_BYTES]);
+            // There is nothing to manage in the registers, nor beyond the RAM.
+            manager
+                .configure(found.filter(|c| c.start >= registers::RAM && c.range().end <= self.memory.len()));
         }
     }
 
     /// Puts what changes by itself into the registers.
     fn refresh(&mut self, now: Duration) {
         self.clock.show(&mut self.memory, now);
-        let events = self.events();
+        let events = self.requested_events();
         self.put_u16(registers::EVENT_REQUEST, events);
         for n in 0..SYNC_MANAGERS {
             let status = self.sync_managers[n].status();
@@ -363,28 +440,21 @@ impl Esc {
 
     /// A byte as the bus last wrote it.
     fn last_written(&self, address: u16) -> u8 {
-        match self.covering(address, 1) {
-            Cover::Whole(n, part) => self.sync_managers[n].last_written(part.start),
-            _ => self.memory.get(usize::from(address)).copied().unwrap_or(0),
+        let at = usize::from(address);
+        match self.parts(at..at + 1)[..] {
+            [Part { manager: Some(n), ref inside, .. }] => self.sync_managers[n].last_written(inside.start),
+            _ => self.memory.get(at).copied().unwrap_or(0),
         }
     }
 }
 
-/// How a part of the memory lies to a sync manager.
+/// A part of the memory that belongs to one sync manager, or to none.
 #[derive(Clone, Debug, PartialEq, Eq)]
-enum Cover {
-    /// Outside of all.
-    None,
-    /// Only a part of it is covered.
-    Part,
-    /// Inside of this one: which of its bytes.
-    Whole(usize, Range<usize>),
-}
-
-/// Status and device side control of a sync manager cannot be written from the bus.
-fn belongs_to_device(address: u16) -> bool {
-    let end = registers::SYNC_MANAGER + (SYNC_MANAGERS * registers::SYNC_MANAGER_BYTES) as u16;
-    (registers::SYNC_MANAGER..end).contains(&address) && matches!(address % 8, 5 | 7)
+struct Part {
+    manager: Option<usize>,
+    range: Range<usize>,
+    /// Counted from the first byte of the sync manager.
+    inside: Range<usize>,
 }
 
 /// Whether a logical command reads, writes or both.

@@ -67,13 +67,15 @@ struct Place {
     name: String,
     device: SubDevice,
     end: End,
+    /// The cable in front of it is broken.
+    is_unplugged: bool,
 }
 
 /// SubDevices in front of the drives of a bus.
 pub(crate) struct Line<P: Plant> {
     bus: Rc<RefCell<VirtualBus<P>>>,
     places: Vec<Place>,
-    /// How many of them are plugged in.
+    /// How many of them a frame reaches: up to the first broken cable.
     present: usize,
     faults: FrameFaults,
 }
@@ -87,30 +89,46 @@ impl<P: Plant> Line<P> {
             let description = drive::description(bus.borrow().drive(k));
             let error = settings.clocks.get(k).copied().unwrap_or_default();
             let device = SubDevice::new(&description, error);
-            places.push(Place { name: description.name, device, end: End::Drive(DriveEnd::new(), k) });
+            let end = End::Drive(DriveEnd::new(), k);
+            places.push(Place { name: description.name, device, end, is_unplugged: false });
         }
         if settings.has_terminal {
             let description = terminal::description(1);
             let device = SubDevice::new(&description, ClockError::default());
-            places.push(Place { name: description.name, device, end: End::Terminal(TerminalEnd::new()) });
+            let end = End::Terminal(TerminalEnd::new());
+            places.push(Place { name: description.name, device, end, is_unplugged: false });
         }
         let present = places.len();
         let mut line = Self { bus, places, present, faults: FrameFaults::default() };
-        line.plug(present);
+        line.look_for_links();
         line
     }
 
-    /// This many SubDevices are plugged in, from the first one on.
-    fn plug(&mut self, present: usize) {
+    /// The cable in front of a SubDevice breaks or is mended. The one before it counts the lost link.
+    fn plug(&mut self, device: usize, is_gone: bool) {
+        let is_new = is_gone && !self.places[device].is_unplugged;
+        self.places[device].is_unplugged = is_gone;
+        if is_new && let Some(before) = device.checked_sub(1) {
+            const AT_PORT_1: u16 = registers::LOST_LINKS + 1;
+            let esc = &mut self.places[before].device.esc;
+            let count = esc.u8(AT_PORT_1).saturating_add(1);
+            esc.put_u8(AT_PORT_1, count);
+        }
+        self.look_for_links();
+    }
+
+    /// Finds out how far a frame comes.
+    fn look_for_links(&mut self) {
         /// Links at ports 0 and 1, their loops open, ports 2 and 3 closed, PDI operational.
         const BETWEEN: u16 = 0x5A31;
         /// Nothing behind port 1.
         const LAST: u16 = 0x5611;
-        self.present = present.min(self.places.len());
+        let reached = self.places.iter().take_while(|place| !place.is_unplugged);
+        self.present = reached.count();
         for (k, place) in self.places.iter_mut().take(self.present).enumerate() {
             let behind = (self.present - 1 - k) as u32;
             place.device.esc.behind_ns = 2 * HOP_NS * behind;
-            place.device.esc.put_u16(registers::DL_STATUS, if behind > 0 { BETWEEN } else { LAST });
+            place.device.esc.set_links(if behind > 0 { BETWEEN } else { LAST });
         }
     }
 
@@ -149,7 +167,7 @@ impl<P: Plant> Line<P> {
     /// The frame goes out and comes back.
     fn process(&mut self, now: Duration, frame: &mut [u8], counter_by: i16) -> Result<(), Rejection> {
         for (k, place) in self.places.iter_mut().take(self.present).enumerate() {
-            let at = now + Duration::from_nanos(u64::from(HOP_NS) * k as u64);
+            let at = now.saturating_add(Duration::from_nanos(u64::from(HOP_NS) * k as u64));
             frame::for_each_datagram(frame, |datagram| command::pass(&mut place.device.esc, datagram, at))?;
         }
         if counter_by != 0 {
@@ -162,14 +180,15 @@ impl<P: Plant> Line<P> {
 
 impl<P: Plant> EtherCatLine for Line<P> {
     fn pass(&mut self, now: Duration, frame: &mut [u8]) -> Passage {
+        let count = self.places.len();
+        self.for_each(count, |device, application| device.give_pulse(application, now));
         let is_lost = !self.bus.borrow_mut().frame_arrives(now);
         let fate = self.faults.next();
         if is_lost || fate.is_dropped || self.present == 0 {
             self.advance(now);
             return LOST;
         }
-        let present = self.present;
-        self.for_each(self.places.len(), |device, application| device.advance(application, now));
+        self.for_each(count, |device, application| device.advance(application, now));
         match self.process(now, frame, fate.counter_by) {
             Ok(()) => {}
             Err(Rejection::Foreign) => return LOST,
@@ -180,7 +199,7 @@ impl<P: Plant> EtherCatLine for Line<P> {
                 return LOST;
             }
         }
-        self.for_each(present, |device, application| device.serve(application, now));
+        self.for_each(count, |device, application| device.serve(application, now));
         if let Some(byte) = fate.corrupt_byte.map(|byte| byte.min(frame.len() - 1)) {
             frame[byte] ^= 0x55;
         }
@@ -190,11 +209,12 @@ impl<P: Plant> EtherCatLine for Line<P> {
 
     fn advance(&mut self, now: Duration) {
         let count = self.places.len();
+        self.for_each(count, |device, application| device.give_pulse(application, now));
+        self.bus.borrow_mut().advance_to(now);
         self.for_each(count, |device, application| {
             device.advance(application, now);
             device.serve(application, now);
         });
-        self.bus.borrow_mut().advance_to(now);
     }
 
     fn inject(&mut self, now: Duration, fault: LineFault) -> Result<(), String> {
@@ -204,7 +224,7 @@ impl<P: Plant> EtherCatLine for Line<P> {
         match fault {
             LineFault::Unplugged { device, is_gone } => {
                 self.with_device(device, |_, _| {})?;
-                self.plug(if is_gone { device } else { self.places.len() });
+                self.plug(device, is_gone);
                 Ok(())
             }
             LineFault::AlError { device, code } => self.with_device(device, |d, a| d.fail(a, code)),

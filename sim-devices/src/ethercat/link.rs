@@ -47,7 +47,7 @@ impl EthernetLink for InProcessLink {
         let mut answer = frame.to_vec();
         let passage = self.line.pass(self.now, &mut answer);
         answer.truncate(passage.bytes);
-        let due = self.now + ROUND_TRIP + passage.after;
+        let due = self.now.saturating_add(ROUND_TRIP).saturating_add(passage.after);
         for _ in 0..passage.answers {
             let place = self.answers.partition_point(|earlier| earlier.due <= due);
             self.answers.insert(place, Answer { due, frame: answer.clone() });

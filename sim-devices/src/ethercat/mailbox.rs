@@ -27,11 +27,28 @@ const QUEUE: usize = 16;
 /// A message that waits to be sent.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Message {
+    /// Of whoever asked, behind a gateway; 0 for messages that nobody asked for.
+    address: [u8; 2],
     kind: u8,
     counter: u8,
     body: Vec<u8>,
     /// Not before this instant.
     due: Duration,
+}
+
+/// To whom a message goes, and when.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Reply {
+    address: [u8; 2],
+    counter: u8,
+    due: Duration,
+}
+
+impl Reply {
+    fn message(self, kind: u8, body: Vec<u8>) -> Message {
+        let Self { address, counter, due } = self;
+        Message { address, kind, counter, body, due }
+    }
 }
 
 /// The mailbox.
@@ -41,6 +58,8 @@ pub(crate) struct Mailbox {
     waiting: VecDeque<Message>,
     /// The message in the mailbox, or read from it last.
     last_sent: Option<Message>,
+    /// Counter of the last request, 0 if it had none.
+    last_counter: u8,
     /// Counter of the messages that nobody asked for.
     counter: u8,
     /// Time that it takes to answer.
@@ -55,6 +74,7 @@ impl Mailbox {
         self.sdo.reset();
         self.waiting.clear();
         self.last_sent = None;
+        self.last_counter = 0;
     }
 
     /// Serves what has come, and sends what is due.
@@ -78,27 +98,35 @@ impl Mailbox {
     }
 
     fn answer(&mut self, application: &mut dyn Application, request: &[u8], room: usize, now: Duration) {
-        let due = now + self.answers_after;
-        let kind_and_counter = request[5];
+        let due = now.saturating_add(self.answers_after);
+        // A mailbox that holds no header is no mailbox.
+        let Some(&kind_and_counter) = request.get(5) else { return };
         let counter = kind_and_counter >> 4 & 7;
+        let before = std::mem::replace(&mut self.last_counter, counter);
+        if counter != 0 && counter == before {
+            // The same message once more: the MainDevice did not see that the first one had arrived.
+            return;
+        }
+        let reply = Reply { address: [request[2], request[3]], counter, due };
         let length = usize::from(u16::from_le_bytes([request[0], request[1]]));
         let Some(body) = request.get(HEADER_BYTES..HEADER_BYTES + length) else {
-            return self.refuse(INVALID_SIZE, counter, due);
+            return self.refuse(INVALID_SIZE, reply);
         };
         match kind_and_counter & 0x0F {
-            TYPE_COE => {
-                for body in self.sdo.answer(application, body, room) {
-                    self.push(Message { kind: TYPE_COE, counter, body, due });
+            TYPE_COE => match self.sdo.answer(application, body, room) {
+                Ok(answers) => {
+                    answers.into_iter().for_each(|body| self.push(reply.message(TYPE_COE, body)));
                 }
-            }
-            _ => self.refuse(UNSUPPORTED_PROTOCOL, counter, due),
+                Err(detail) => self.refuse(detail, reply),
+            },
+            _ => self.refuse(UNSUPPORTED_PROTOCOL, reply),
         }
     }
 
-    fn refuse(&mut self, detail: u16, counter: u8, due: Duration) {
+    fn refuse(&mut self, detail: u16, reply: Reply) {
         let [low, high] = detail.to_le_bytes();
         let body = vec![1, 0, low, high];
-        self.push(Message { kind: TYPE_ERROR, counter, body, due });
+        self.push(reply.message(TYPE_ERROR, body));
     }
 
     /// An emergency message goes out as soon as the mailbox is empty.
@@ -107,7 +135,8 @@ impl Mailbox {
         let mut body = vec![0, EMERGENCY << 4, low, high, emergency.register];
         body.extend(emergency.vendor);
         self.counter = self.counter % 7 + 1;
-        self.push(Message { kind: TYPE_COE, counter: self.counter, body, due: now });
+        let reply = Reply { address: [0; 2], counter: self.counter, due: now };
+        self.push(reply.message(TYPE_COE, body));
     }
 
     fn push(&mut self, message: Message) {
@@ -122,10 +151,9 @@ impl Mailbox {
             return;
         }
         let Some(message) = self.waiting.pop_front() else { return };
-        let station = esc.u16(super::esc::registers::STATION).to_le_bytes();
         let length = (message.body.len() as u16).to_le_bytes();
         let kind = message.kind | message.counter << 4;
-        let header = [length[0], length[1], station[0], station[1], 0, kind];
+        let header = [length[0], length[1], message.address[0], message.address[1], 0, kind];
         esc.sync_manager(SEND).device_writes(|bytes| {
             bytes.fill(0);
             for (byte, value) in bytes.iter_mut().zip(header.iter().chain(&message.body)) {

@@ -22,6 +22,7 @@ const COE: u16 = 1 << 2;
 const COE_DETAILS: u8 = 1 | 1 << 1 | 1 << 2 | 1 << 3 | 1 << 5;
 /// Size word: 2 KiB, in kbit less 1.
 const SIZE: u16 = 15;
+const SIZE_WORDS: usize = (SIZE as usize + 1) * 1024 / 16;
 
 /// Mailbox of a SubDevice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -102,6 +103,9 @@ impl Description {
         words[7] = u16::from(crc8(&configuration));
         self.categories(&mut words);
         words.push(END);
+        let used = words.len();
+        // Erased up to its size, and writable.
+        words.resize(used.max(SIZE_WORDS), 0xFFFF);
         words
     }
 
@@ -221,6 +225,7 @@ mod tests {
             at += 2 + usize::from(words[at + 1]);
         }
         assert_eq!(found, [STRINGS, GENERAL, FMMU, SYNC_MANAGERS, RX_PDO]);
-        assert_eq!(at, words.len() - 1);
+        assert_eq!(words.len(), 1024, "2 KiB as word 3Eh says");
+        assert!(words[at..].iter().all(|&word| word == 0xFFFF));
     }
 }

@@ -31,6 +31,7 @@ pub(crate) mod code {
     pub(crate) const OUTPUTS: u16 = 0x001D;
     pub(crate) const INPUTS: u16 = 0x001E;
     pub(crate) const MAPPING: u16 = 0x0025;
+    pub(crate) const SYNC_LOST: u16 = 0x002C;
     pub(crate) const NO_SYNC: u16 = 0x002D;
     pub(crate) const SYNC_CYCLE: u16 = 0x0036;
 }

@@ -45,6 +45,10 @@ pub(crate) struct SubDevice {
     last_pulse: Option<Duration>,
     /// Outputs that wait for SYNC0.
     outputs_wait: bool,
+    /// OP was entered with SYNC0, and ends without it.
+    needs_sync0: bool,
+    /// Process data as they were mapped when SAFE-OP was entered.
+    mapped: ProcessDataBytes,
     pub(crate) misbehaviour: Misbehaviour,
 }
 
@@ -59,6 +63,8 @@ impl SubDevice {
             asked: None,
             last_pulse: None,
             outputs_wait: false,
+            needs_sync0: false,
+            mapped: ProcessDataBytes::default(),
             misbehaviour: Misbehaviour::default(),
         }
     }
@@ -71,29 +77,41 @@ impl SubDevice {
         self.outputs() + 1
     }
 
-    /// Brings the application up to `now`: SYNC0 pulses, watchdog. Called before a frame arrives, and from time to time
-    /// where none does.
+    /// Brings the application up to `now`: inputs, watchdog. Called before a frame arrives, and from time to time where none
+    /// does; before that, [`Self::give_pulse`].
     pub(crate) fn advance(&mut self, application: &mut dyn Application, now: Duration) {
-        if self.esc.clock.gives_sync0() {
-            self.serve_pulse(application, now);
-        } else {
+        if !self.follows_sync0() {
             self.sample(application, now);
         }
         self.supervise(application, now);
     }
 
-    /// With SYNC0 the inputs are those of the last pulse, and outputs act at the next one. Pulses that nobody saw leave no
-    /// trace but the last.
-    fn serve_pulse(&mut self, application: &mut dyn Application, now: Duration) {
+    /// Whether the MainDevice has activated SYNC0, given or not.
+    fn follows_sync0(&self) -> bool {
+        self.esc.u8(registers::SYNC_ACTIVATION) & 3 == 3
+    }
+
+    /// With SYNC0 the inputs are those of the last pulse up to `now`, and outputs act at the first one after they came. Called
+    /// while the world is no further than the last time that it was called.
+    pub(crate) fn give_pulse(&mut self, application: &mut dyn Application, now: Duration) {
         let Some(pulse) = self.esc.last_sync0(now) else { return };
         if self.last_pulse.is_some_and(|last| pulse <= last) {
             return;
         }
+        let first = self.last_pulse.map_or(pulse, |last| self.first_after(last, pulse));
         self.last_pulse = Some(pulse);
-        self.sample(application, pulse);
         if std::mem::take(&mut self.outputs_wait) {
-            self.deliver(application, pulse);
+            self.deliver(application, first);
         }
+        self.sample(application, pulse);
+    }
+
+    /// The first pulse after one and up to another one; the clock may have been moved between them.
+    fn first_after(&self, last: Duration, pulse: Duration) -> Duration {
+        let cycle = self.esc.clock.sync0_cycle();
+        let passed = (pulse - last).as_secs_f64() / cycle.as_secs_f64();
+        let more = (passed.round() - 1.0).clamp(0.0, f64::from(u32::MAX)) as u32;
+        pulse.saturating_sub(cycle.saturating_mul(more)).max(last)
     }
 
     fn sample(&mut self, application: &mut dyn Application, at: Duration) {
@@ -124,8 +142,25 @@ impl SubDevice {
                 self.deliver(application, now);
             }
         }
+        self.keep_configuration(application);
         if self.state >= State::PreOp && self.place.is_some() {
             self.mailbox.serve(&mut self.esc, application, now);
+        }
+    }
+
+    /// A state whose sync managers were taken away ends.
+    fn keep_configuration(&mut self, application: &mut dyn Application) {
+        let ends = if self.state >= State::PreOp && self.check_mailbox().is_err() {
+            Some((State::Init, code::MAILBOX))
+        } else if self.state >= State::SafeOp {
+            self.check_lengths(self.mapped).err().map(|code| (State::PreOp, code))
+        } else {
+            None
+        };
+        if let Some((state, code)) = ends {
+            self.asked = None;
+            self.leave(application, state);
+            self.esc.set_state(state as u16 | ERROR, code);
         }
     }
 
@@ -137,11 +172,26 @@ impl SubDevice {
         let silent = self.esc.fed_at().map(|fed_at| now.saturating_sub(fed_at));
         let has_expired =
             matches!((silent, self.esc.watchdog()), (Some(silent), Some(limit)) if silent > limit);
+        let is_unsynchronised = self.needs_sync0 && !self.esc.clock.gives_sync0() && self.misses_pulses(now);
         if has_expired {
             self.expire(application);
+        } else if is_unsynchronised {
+            self.fail(application, code::SYNC_LOST);
         } else if application.state() < BusState::Op {
             self.fall(State::SafeOp, code::WATCHDOG);
         }
+    }
+
+    /// Whether several pulses in a row did not come.
+    fn misses_pulses(&self, now: Duration) -> bool {
+        const MISSED: u32 = 3;
+        let cycle = Duration::from_nanos(u64::from(self.cycle_ns()));
+        self.last_pulse.is_none_or(|last| now.saturating_sub(last) > cycle.saturating_mul(MISSED))
+    }
+
+    fn cycle_ns(&self) -> u32 {
+        let [low, high] = [0, 2].map(|k| self.esc.u16(registers::SYNC0_CYCLE + k));
+        u32::from(low) | u32::from(high) << 16
     }
 
     /// The process data watchdog acts.
@@ -190,7 +240,11 @@ impl SubDevice {
         }
         match self.misbehaviour.refuses_with {
             Some(code) => self.refuse(code),
-            None => self.asked = Some(Asked { state, since: now }),
+            None => {
+                // Asking again does not begin anew.
+                let before = self.asked.filter(|asked| asked.state == state);
+                self.asked = Some(before.unwrap_or(Asked { state, since: now }));
+            }
         }
     }
 
@@ -226,7 +280,12 @@ impl SubDevice {
         self.asked = None;
         self.state = state;
         match state {
-            State::PreOp => self.mailbox.reset(),
+            State::PreOp => {
+                self.mailbox.reset();
+                if self.place.is_some() {
+                    (0..2).for_each(|n| self.esc.sync_manager(n).empty());
+                }
+            }
             State::SafeOp => {
                 application.enter(BusState::SafeOp);
                 self.last_pulse = None;
@@ -234,6 +293,7 @@ impl SubDevice {
             }
             State::Op => {
                 application.enter(BusState::Op);
+                self.needs_sync0 = self.follows_sync0();
                 let feeds = self.esc.configuration(self.outputs()).is_some_and(|c| c.feeds_watchdog);
                 self.esc.feed(feeds.then_some(now));
                 self.esc.put_u16(registers::WATCHDOG_STATUS, 1);
@@ -279,32 +339,33 @@ impl SubDevice {
     }
 
     /// The sync managers of the process data are as long as the mapping.
-    fn check_process_data(&self, application: &mut dyn Application) -> Result<(), u16> {
-        let ProcessDataBytes { outputs, inputs } = application.map().map_err(|_| code::MAPPING)?;
+    fn check_process_data(&mut self, application: &mut dyn Application) -> Result<(), u16> {
+        self.mapped = application.map().map_err(|_| code::MAPPING)?;
+        self.check_lengths(self.mapped)?;
+        if self.esc.u8(registers::SYNC_ACTIVATION) & 2 != 0 && self.cycle_ns() < SHORTEST_CYCLE_NS {
+            return Err(code::SYNC_CYCLE);
+        }
+        Ok(())
+    }
+
+    fn check_lengths(&self, mapped: ProcessDataBytes) -> Result<(), u16> {
         let length = |n: usize, from_main: bool| match self.esc.configuration(n) {
             None => Some(0),
             Some(c) if c.from_main == from_main && c.mode == Mode::Buffered => Some(usize::from(c.length)),
             Some(_) => None,
         };
-        if length(self.outputs(), true) != Some(outputs) {
+        if length(self.outputs(), true) != Some(mapped.outputs) {
             return Err(code::OUTPUTS);
         }
-        if length(self.inputs(), false) != Some(inputs) {
+        if length(self.inputs(), false) != Some(mapped.inputs) {
             return Err(code::INPUTS);
-        }
-        let activation = self.esc.u8(registers::SYNC_ACTIVATION);
-        let cycle = [0, 2].map(|k| self.esc.u16(registers::SYNC0_CYCLE + k));
-        let cycle_ns = u32::from(cycle[0]) | u32::from(cycle[1]) << 16;
-        if activation & 2 != 0 && cycle_ns < SHORTEST_CYCLE_NS {
-            return Err(code::SYNC_CYCLE);
         }
         Ok(())
     }
 
     /// OP needs outputs, and SYNC0 where it was activated.
     fn is_ready_for_op(&mut self, waited: Duration) -> Result<bool, u16> {
-        let is_synchronised = self.esc.u8(registers::SYNC_ACTIVATION) & 3 == 3;
-        if is_synchronised && !self.esc.clock.gives_sync0() {
+        if self.follows_sync0() && !self.esc.clock.gives_sync0() {
             return Err(code::NO_SYNC);
         }
         let outputs = self.outputs();

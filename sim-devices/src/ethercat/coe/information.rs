@@ -1,7 +1,8 @@
 //! SDO information (ETG.1000.6, 5.6.3): which objects there are.
 
-use super::super::application::Application;
+use super::super::application::{Application, DataType, EntryInfo, ObjectInfo, Shape, Write};
 use super::SDO_INFORMATION;
+use crate::cia402::Mappable;
 
 const LIST_REQUEST: u8 = 1;
 const LIST_RESPONSE: u8 = 2;
@@ -15,10 +16,7 @@ const INCOMPLETE: u8 = 1 << 7;
 /// CoE header, opcode, fragments left.
 const HEADER_BYTES: usize = 6;
 const NO_OBJECT: u32 = 0x0602_0000;
-const NO_SUB_INDEX: u32 = 0x0609_0011;
 const UNSUPPORTED: u32 = 0x0601_0000;
-/// All objects.
-const ALL: u16 = 1;
 
 /// Answers a request; a list may need several messages.
 pub(super) fn answer(application: &mut dyn Application, request: &[u8], room: usize) -> Vec<Vec<u8>> {
@@ -45,17 +43,21 @@ fn error(code: u32) -> Vec<u8> {
     message(ERROR, 0, &code.to_le_bytes())
 }
 
-/// List 0 are the lengths of the five lists, list 1 is all objects; the others (mappable one way or the other, to be stored,
-/// for replacement) are empty here.
+/// List 0 are the lengths of the five lists, list 1 is all objects, 2 and 3 are those that outputs and inputs may hold; the
+/// others (to be stored, for replacement) are empty here.
 fn list(application: &mut dyn Application, kind: u16, room: usize) -> Vec<Vec<u8>> {
-    let indices = application.indices();
+    let all = application.indices();
+    let mappable = |wanted: Mappable| {
+        let holds = |index: &u16| application.entry_info(*index, 0).is_some_and(|e| e.mappable == wanted);
+        all.iter().copied().filter(holds).collect::<Vec<u16>>()
+    };
+    let lists = [all.clone(), mappable(Mappable::Output), mappable(Mappable::Input), Vec::new(), Vec::new()];
     let words = match kind {
-        0 => vec![0, indices.len() as u16, 0, 0, 0, 0],
-        ALL => [vec![ALL], indices].concat(),
-        2..=5 => vec![kind],
+        0 => vec![vec![0], lists.iter().map(|list| list.len() as u16).collect()],
+        1..=5 => vec![vec![kind], lists[usize::from(kind) - 1].clone()],
         _ => return vec![error(UNSUPPORTED)],
     };
-    let data: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+    let data: Vec<u8> = words.concat().iter().flat_map(|word| word.to_le_bytes()).collect();
     let fragment = (room.saturating_sub(HEADER_BYTES) & !1).max(2);
     let count = data.len().div_ceil(fragment);
     let messages = data.chunks(fragment).enumerate().map(|(k, part)| {
@@ -65,26 +67,29 @@ fn list(application: &mut dyn Application, kind: u16, room: usize) -> Vec<Vec<u8
     messages.collect()
 }
 
-/// Data type by width: 5, 6, 7 are unsigned numbers of 8, 16 and 32 bits, 9 is a text.
-fn data_type(bytes: usize) -> u16 {
-    match bytes {
-        1 => 5,
-        2 => 6,
-        4 => 7,
-        _ => 9,
-    }
+/// Data type of an entry: as the application has it, or by its width.
+fn data_type(application: &dyn Application, index: u16, sub: u8, bytes: usize) -> DataType {
+    let by_width = match bytes {
+        1 => DataType::Unsigned8,
+        2 => DataType::Unsigned16,
+        4 => DataType::Unsigned32,
+        _ => DataType::VisibleString,
+    };
+    application.entry_info(index, sub).map_or(by_width, |entry| entry.data_type)
 }
 
 fn described(application: &mut dyn Application, index: u16) -> Vec<u8> {
     let Ok(value) = application.upload(index, 0) else { return error(NO_OBJECT) };
-    // Sub-index 0 of a list says how many there are; whether it is one shows in sub-index 1.
-    let is_list = value.len() == 1 && application.upload(index, 1) != Err(NO_SUB_INDEX);
-    let last = if is_list { value[0] } else { 0 };
-    const VARIABLE: u8 = 7;
-    const RECORD: u8 = 9;
-    let ([i0, i1], [t0, t1]) = (index.to_le_bytes(), data_type(value.len()).to_le_bytes());
-    let mut data = vec![i0, i1, t0, t1, last, if is_list { RECORD } else { VARIABLE }];
-    data.extend(format!("Object {index:04X}h").as_bytes());
+    let shape = super::shape(application, index, &value);
+    let last = if shape == Shape::Variable { 0 } else { value.first().copied().unwrap_or(0) };
+    let kind = match shape {
+        Shape::Array => data_type(application, index, 1, 4),
+        Shape::Variable | Shape::Record => data_type(application, index, 0, value.len()),
+    };
+    let ([i0, i1], [t0, t1]) = (index.to_le_bytes(), (kind as u16).to_le_bytes());
+    let mut data = vec![i0, i1, t0, t1, last, shape as u8];
+    let name = application.object_info(index).map(|object| object.name.to_owned());
+    data.extend(name.unwrap_or_else(|| format!("Object {index:04X}h")).as_bytes());
     message(DESCRIPTION_RESPONSE, 0, &data)
 }
 
@@ -94,11 +99,35 @@ fn entry(application: &mut dyn Application, index: u16, sub: u8) -> Vec<u8> {
         Err(code) => return error(code),
     };
     let bits = (value.len() * 8) as u16;
-    let ([i0, i1], [t0, t1], [b0, b1]) =
-        (index.to_le_bytes(), data_type(value.len()).to_le_bytes(), bits.to_le_bytes());
-    // Readable in PRE-OP, SAFE-OP and OP.
-    const READABLE: u8 = 0b111;
-    let mut data = vec![i0, i1, sub, 0, t0, t1, b0, b1, READABLE, 0];
-    data.extend(format!("Sub-index {sub}").as_bytes());
+    let kind = data_type(application, index, sub, value.len()) as u16;
+    let ([i0, i1], [t0, t1], [b0, b1]) = (index.to_le_bytes(), kind.to_le_bytes(), bits.to_le_bytes());
+    let [a0, a1] = access(application.entry_info(index, sub)).to_le_bytes();
+    let mut data = vec![i0, i1, sub, 0, t0, t1, b0, b1, a0, a1];
+    data.extend(entry_name(application, index, sub).as_bytes());
     message(ENTRY_RESPONSE, 0, &data)
+}
+
+/// Bits 0 to 2: readable in PRE-OP, SAFE-OP, OP; bits 3 to 5: writable there; bits 6 and 7: mappable as output, as input.
+fn access(entry: Option<EntryInfo>) -> u16 {
+    const READABLE: u16 = 0b111;
+    let Some(entry) = entry else { return READABLE };
+    let write = match entry.write {
+        Write::Never => 0,
+        Write::InPreOp => 1 << 3,
+        Write::Always => 0b111 << 3,
+    };
+    let mappable = match entry.mappable {
+        Mappable::Neither => 0,
+        Mappable::Output => 1 << 6,
+        Mappable::Input => 1 << 7,
+    };
+    READABLE | write | mappable
+}
+
+fn entry_name(application: &dyn Application, index: u16, sub: u8) -> String {
+    match application.object_info(index) {
+        Some(ObjectInfo { shape: Shape::Variable, name }) => name.to_owned(),
+        Some(_) if sub == 0 => "Number of entries".to_owned(),
+        _ => format!("Sub-index {sub}"),
+    }
 }

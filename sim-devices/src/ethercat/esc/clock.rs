@@ -15,7 +15,7 @@ const GAIN: f64 = 0.25;
 /// Most that a clock is slewed, against the time that has passed: a tick of 9 or 11 ns instead of 10.
 const MAX_SLEW_RATIO: f64 = 0.1;
 /// A larger difference is a time that was never set, and nothing to follow.
-const LARGEST_DIFFERENCE_NS: i64 = 1_000_000_000;
+const LARGEST_DIFFERENCE_NS: u64 = 1_000_000_000;
 /// Local copy smaller than the received time.
 const SMALLER: u32 = 1 << 31;
 /// SYNC outputs active, SYNC0 generated.
@@ -67,10 +67,15 @@ impl Clock {
         self.local_ns(now).wrapping_add(read_u64(memory, TIME_OFFSET))
     }
 
-    /// Puts the system time into its register.
+    /// Puts the system time and that of the next SYNC0 into their registers.
     pub(crate) fn show(&self, memory: &mut [u8], now: Duration) {
         let system = self.system_ns(memory, now);
         put(memory, SYSTEM_TIME, &system.to_le_bytes());
+        if let Some(Pulses { start_ns, cycle_ns }) = self.sync0 {
+            let passed = system.checked_sub(start_ns).map_or(0, |since| since / u64::from(cycle_ns) + 1);
+            let next = start_ns.saturating_add(passed.saturating_mul(u64::from(cycle_ns)));
+            put(memory, SYNC_START, &next.to_le_bytes());
+        }
     }
 
     /// A write to 0900h: receive times at the ports. The frame came in at port 0 at `now`, and comes back to port 1 after
@@ -100,7 +105,7 @@ impl Clock {
         put(memory, TIME_DIFFERENCE, &shown.to_le_bytes());
         let passed_s = self.compared_at.map(|before| now.saturating_sub(before).as_secs_f64());
         self.compared_at = Some(now);
-        if difference.abs() < LARGEST_DIFFERENCE_NS
+        if difference.unsigned_abs() < LARGEST_DIFFERENCE_NS
             && let Some(passed_s) = passed_s
         {
             let most_ns = passed_s * 1e9 * MAX_SLEW_RATIO;
@@ -128,10 +133,10 @@ impl Clock {
     /// The start time; where only its low word was written, the next time at which the low word of the system time has it.
     fn start_ns(&self, memory: &[u8], now: Duration) -> u64 {
         let start = read_u64(memory, SYNC_START);
-        if start >> 32 != 0 {
+        let system = self.system_ns(memory, now);
+        if start >> 32 != 0 || start > system {
             return start;
         }
-        let system = self.system_ns(memory, now);
         let ahead = (start as u32).wrapping_sub(system as u32) as i32;
         system.saturating_add_signed(i64::from(ahead))
     }
@@ -142,6 +147,11 @@ impl Clock {
         let since_start = self.system_ns(memory, now).checked_sub(pulses.start_ns)?;
         let since_pulse = since_start % u64::from(pulses.cycle_ns);
         Some(now.saturating_sub(Duration::from_nanos(since_pulse)))
+    }
+
+    /// From one pulse to the next, as the MainDevice set it.
+    pub(crate) fn sync0_cycle(&self) -> Duration {
+        Duration::from_nanos(self.sync0.map_or(0, |pulses| u64::from(pulses.cycle_ns)))
     }
 
     /// Whether SYNC0 was activated and its start had not passed.

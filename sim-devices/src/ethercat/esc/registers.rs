@@ -1,5 +1,7 @@
 //! Addresses of the registers of an EtherCAT SubDevice controller (ETG.1000.4, 6), and which bytes exist.
 
+use std::ops::Range;
+
 /// ESC type; revision, build, number of FMMUs and sync managers, RAM size, ports and features follow.
 pub(crate) const TYPE: u16 = 0x0000;
 /// Configured station address.
@@ -22,10 +24,14 @@ pub(crate) const PDI_CONTROL: u16 = 0x0140;
 pub(crate) const EVENT_MASK: u16 = 0x0200;
 /// ECAT event request.
 pub(crate) const EVENT_REQUEST: u16 = 0x0210;
-/// Error counters of the ports; a write clears them.
+/// Error counters of the ports.
 pub(crate) const ERROR_COUNTERS: u16 = 0x0300;
 /// Counter of frames with errors in their EtherCAT part.
 pub(crate) const PROCESSING_ERRORS: u16 = 0x030C;
+/// Counter of errors of the PDI.
+pub(crate) const PDI_ERRORS: u16 = 0x030D;
+/// Counters of lost links, one for each port.
+pub(crate) const LOST_LINKS: u16 = 0x0310;
 /// Watchdog divider, in 40 ns less 2.
 pub(crate) const WATCHDOG_DIVIDER: u16 = 0x0400;
 /// PDI watchdog, in units of the divided clock.
@@ -88,7 +94,7 @@ pub(crate) enum Access {
     Read,
     /// The MainDevice.
     ReadWrite,
-    /// Any write clears it.
+    /// A write to any byte clears all of them.
     Clear,
 }
 
@@ -106,7 +112,10 @@ const MAP: &[(u16, u16, Access)] = &[
     (0x0150, 4, Access::Read),
     (EVENT_MASK, 2, Access::ReadWrite),
     (EVENT_REQUEST, 2, Access::Read),
-    (ERROR_COUNTERS, 20, Access::Clear),
+    (ERROR_COUNTERS, 12, Access::Clear),
+    (PROCESSING_ERRORS, 1, Access::Clear),
+    (PDI_ERRORS, 1, Access::Clear),
+    (LOST_LINKS, 4, Access::Clear),
     (WATCHDOG_DIVIDER, 2, Access::ReadWrite),
     (PDI_WATCHDOG, 2, Access::ReadWrite),
     (DATA_WATCHDOG, 2, Access::ReadWrite),
@@ -130,9 +139,18 @@ const MAP: &[(u16, u16, Access)] = &[
 
 /// Access to a byte; `None` where nothing is.
 pub(crate) fn access(address: u16) -> Option<Access> {
+    entry(address).map(|(.., access)| *access)
+}
+
+/// The bytes that belong together with this one.
+pub(crate) fn group(address: u16) -> Range<usize> {
+    entry(address).map_or(0..0, |(first, count, _)| usize::from(*first)..usize::from(first + count))
+}
+
+fn entry(address: u16) -> Option<&'static (u16, u16, Access)> {
     let after = MAP.partition_point(|(first, ..)| *first <= address);
-    let (first, count, access) = *MAP.get(after.checked_sub(1)?)?;
-    (address - first < count).then_some(access)
+    let entry = MAP.get(after.checked_sub(1)?)?;
+    (address - entry.0 < entry.1).then_some(entry)
 }
 
 #[cfg(test)]

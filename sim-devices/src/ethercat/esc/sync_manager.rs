@@ -86,7 +86,7 @@ impl SyncManager {
         let is_last = part.end == self.bus_side.len();
         match configuration.mode {
             Mode::Mailbox => {
-                self.opened |= part.start == 0;
+                self.opened |= self.full && part.start == 0;
                 if !self.full || !self.opened {
                     return false;
                 }
