@@ -5,7 +5,7 @@ use std::time::Duration;
 use controllers::DirectorGains;
 use drivers::cia402::{Actuals, Cia402, CyclicMode, DriveCommand, Identity, PowerTarget, Waiting};
 use drivers::device::DeviceError;
-use drivers::wire::{BusState, Fieldbus, ProcessImage};
+use drivers::wire::{BusState, Fieldbus, Notice, ProcessImage};
 use procedures::case::Case;
 
 use crate::clock::Clock;
@@ -295,6 +295,11 @@ impl ArmedRig {
             let passed_s = f64::from(self.pace.passed()) * self.axes[axis].drive.cycle_s;
             self.reckoned[axis].take(&self.actuals[axis], gyro_rad_per_s, passed_s);
         }
+    }
+
+    /// Tells what stations of the bus have said by themselves since this was last called.
+    pub fn tell_notices(&mut self, tell: &mut dyn FnMut(Notice)) {
+        self.bus.tell_notices(tell);
     }
 
     /// Which of the axes are outer and inner axis of the gimbal.

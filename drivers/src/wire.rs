@@ -104,6 +104,23 @@ pub enum News {
     },
 }
 
+impl News {
+    /// In words, with the code and what it means.
+    pub fn text(&self) -> String {
+        match *self {
+            Self::Emergency { code: 0, .. } => "emergency 0000h, an earlier error is gone".to_owned(),
+            Self::Emergency { code, register } => {
+                let meaning = crate::cia402::error_code_meaning(code);
+                format!("emergency {code:04X}h, {meaning} (error register {register:02X}h)")
+            }
+            Self::AlError { code } => {
+                let meaning = ethercat::al_status_meaning(code);
+                format!("left or refused a state of the bus: AL status code {code:04X}h, {meaning}")
+            }
+        }
+    }
+}
+
 /// Acyclic access to the object dictionaries on a bus. One transfer is under way at a time; it is begun and then asked for,
 /// so that no transfer holds up a cycle.
 pub trait SdoWire {

@@ -166,6 +166,15 @@ pub enum Event {
         #[serde(flatten)]
         stall: Stall,
     },
+    /// A station of the fieldbus said something by itself: an emergency message, or that it refused or left a state.
+    Notice {
+        /// Index of the point.
+        point: usize,
+        /// Station.
+        station: u16,
+        /// What it said, with its code and what that means.
+        what: String,
+    },
     /// How late the ticks of a point came, as it ends. Only a loop in real time tells it.
     Lateness {
         /// Index of the point.

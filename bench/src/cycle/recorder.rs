@@ -8,6 +8,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::JoinHandle;
 
+use drivers::wire::Notice;
 use procedures::log::{
     Attachment, EndedBy, Event, LatenessHistogram, LogError, LogWriter, Plan, PointStatus, STOP_SUFFIX,
     Stall, Topic,
@@ -61,6 +62,7 @@ pub enum LoopEvent {
     Left { point: usize, left: crate::cycle::safe::SafeAxis },
     RingHalfFull { point: usize },
     Stall { point: usize, stall: Stall },
+    Noticed { point: usize, notice: Notice },
     Lateness { point: usize, histogram: LatenessHistogram },
     PointEnded { point: usize, status: PointStatus },
 }
@@ -78,6 +80,9 @@ impl LoopEvent {
             }
             Self::RingHalfFull { point } => Event::RingHalfFull { point },
             Self::Stall { point, stall } => Event::Stall { point, stall },
+            Self::Noticed { point, notice } => {
+                Event::Notice { point, station: notice.station, what: notice.news.text() }
+            }
             Self::Lateness { point, histogram } => Event::Lateness { point, histogram: Box::new(histogram) },
             Self::Left { point, left } => left.spelled_out(point, axes),
             Self::Stopped { point, stop } => stop.spelled_out(point, axes),

@@ -96,6 +96,17 @@ impl Units<'_> {
     /// # Errors
     /// A unit that does not fit the rig.
     pub(crate) fn far_ends(&self, rig: &Rig, purpose: &Purpose<'_>) -> Result<FarEnds, DeviceError> {
+        let mut far_ends = self.far_ends_without_aliases(rig, purpose)?;
+        for (device, &station) in stations(rig).iter().enumerate().filter(|&(k, &s)| usize::from(s) != k + 1)
+        {
+            let failed = |reason| DeviceError::Bus { device: format!("rig `{}`", rig.id), reason };
+            far_ends.line.set_alias(device, station).map_err(failed)?;
+        }
+        Ok(far_ends)
+    }
+
+    fn far_ends_without_aliases(&self, rig: &Rig, purpose: &Purpose<'_>) -> Result<FarEnds, DeviceError> {
+        let rig = &rig.rehearsed_on(rig.tier);
         let (seed, procedure) = (purpose.seed, purpose.procedure.to_owned());
         let address = SeedAddress { seed, procedure, point: String::new() };
         let settings = match &self.unit.world {
@@ -114,6 +125,18 @@ impl Units<'_> {
         let (settings, rig) = (settings.as_ref().clone(), rig.clone());
         Ok(FarEnds { line, world: Box::new(AroundDirector { simulated, settings, rig, names, address }) })
     }
+}
+
+/// Stations of drives and terminals in the order in which a simulator puts them on the wire: by their addresses.
+fn stations(rig: &Rig) -> Vec<u16> {
+    let drives = rig.axes.iter().map(|axis| axis.drive.station);
+    let terminals = terminal_addresses(rig).into_iter().map(|(_, station)| station);
+    let mut drives: Vec<u16> = drives.collect();
+    let mut terminals: Vec<u16> = terminals.collect();
+    drives.sort_unstable();
+    terminals.sort_unstable();
+    terminals.dedup();
+    [drives, terminals].concat()
 }
 
 /// What a point asks of the surroundings of the rig and a simulated unit cannot bring.

@@ -244,6 +244,7 @@ impl Assembly {
             (Event::Left(state), Some(open)) if state.point == open.point => open.left.push(state),
             (Event::RingHalfFull { point }, Some(open)) if point == open.point => {}
             (Event::Stall { point, stall }, Some(open)) if point == open.point => open.stalls.push(stall),
+            (Event::Notice { point, .. }, Some(open)) if point == open.point => {}
             (Event::Lateness { point, histogram }, Some(open)) if point == open.point => {
                 open.lateness.get_or_insert_default().add(&histogram);
             }

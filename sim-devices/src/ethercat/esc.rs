@@ -87,6 +87,12 @@ impl Esc {
         esc
     }
 
+    /// The device has this alias from now on, as if it had been written and the supply switched off and on.
+    pub(crate) fn set_alias(&mut self, alias: u16) {
+        self.sii.set_alias(alias);
+        self.load_alias();
+    }
+
     fn load_alias(&mut self) {
         let alias = self.sii.word(ALIAS_WORD);
         self.put_u16(registers::ALIAS, alias);

@@ -55,6 +55,12 @@ pub trait EtherCatLine {
 
     /// Names of the SubDevices, the first one of the line first.
     fn names(&self) -> Vec<String>;
+
+    /// A device has an alias from now on; 0 is none.
+    ///
+    /// # Errors
+    /// When there is no such device.
+    fn set_alias(&mut self, device: usize, alias: u16) -> Result<(), String>;
 }
 
 /// What stands behind a SubDevice.
@@ -263,6 +269,10 @@ impl<P: Plant> EtherCatLine for Line<P> {
             | LineFault::Truncate { .. }
             | LineFault::WorkingCounter { .. } => Ok(()),
         }
+    }
+
+    fn set_alias(&mut self, device: usize, alias: u16) -> Result<(), String> {
+        self.with_device(device, |device, _| device.esc.set_alias(alias))
     }
 
     fn names(&self) -> Vec<String> {

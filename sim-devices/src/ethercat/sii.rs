@@ -175,7 +175,7 @@ fn push(words: &mut Vec<u16>, category: u16, mut bytes: Vec<u8>) {
 }
 
 /// CRC-8 of the first seven words: polynomial 07h, start value FFh.
-fn crc8(bytes: &[u8]) -> u8 {
+pub(crate) fn crc8(bytes: &[u8]) -> u8 {
     bytes.iter().fold(0xFF, |crc, &byte| {
         (0..8).fold(crc ^ byte, |crc: u8, _| if crc & 0x80 != 0 { crc << 1 ^ 0x07 } else { crc << 1 })
     })

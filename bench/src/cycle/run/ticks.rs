@@ -172,6 +172,8 @@ impl<'a> Ticks<'a> {
         latched: Option<&Trip>,
     ) -> Option<Trip> {
         self.tell_stall(recorder);
+        let point = self.conditions.point;
+        rig.tell_notices(&mut |notice| self.tell(recorder, LoopEvent::Noticed { point, notice }));
         let real_time = recorder.keeps() && !recorder.waits();
         let ring_ratio = if real_time { recorder.ring_ratio() } else { 0.0 };
         if ring_ratio > 0.5 && !self.ring_told {
@@ -253,6 +255,7 @@ impl<'a> Ticks<'a> {
                 | LoopEvent::Stopped { .. }
                 | LoopEvent::RingHalfFull { .. }
                 | LoopEvent::Stall { .. }
+                | LoopEvent::Noticed { .. }
                 | LoopEvent::Lateness { .. }
         );
         if self.is_untold && !goes_wrong {

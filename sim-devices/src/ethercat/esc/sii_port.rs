@@ -40,6 +40,16 @@ impl SiiPort {
         usize::try_from(address).ok().and_then(|k| self.words.get(k)).copied().unwrap_or(0xFFFF)
     }
 
+    /// Writes the alias as a maker's tool does, with the checksum over it.
+    pub(crate) fn set_alias(&mut self, alias: u16) {
+        const CHECKSUM_WORD: usize = 7;
+        if self.words.len() > CHECKSUM_WORD {
+            self.words[ALIAS_WORD as usize] = alias;
+            let covered: Vec<u8> = self.words[..CHECKSUM_WORD].iter().flat_map(|w| w.to_le_bytes()).collect();
+            self.words[CHECKSUM_WORD] = u16::from(crate::ethercat::sii::crc8(&covered));
+        }
+    }
+
     /// Obeys the command that was written to the control register. It is done at once: the port is never busy.
     pub(crate) fn obey(&mut self, memory: &mut [u8]) -> Effect {
         let at = usize::from(SII_CONTROL);
