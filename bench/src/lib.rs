@@ -12,14 +12,14 @@
 //! | [`model`] | what a rig is: plain structs |
 //! | [`record`] | what a run leaves in its folder beside its logs: title page, journal, evidence |
 //! | [`rig`] | an open rig: its drives and devices, what they tell and what they are told |
-//! | [`site`] | where rigs are opened: simulated worlds in virtual time, and at the speed of the day |
+//! | [`site`] | where rigs are opened: simulated worlds in virtual time, at the speed of the day, or over real wires |
 //! | [`cycle`] | what happens in every tick: sequence, loops, interlocks, stops, recorder; the session between points |
-//! | [`sim`] | a simulated rig in a process of its own, at the far end of real wires |
 //! | `import` | logs of tables that other tools recorded |
 //! | [`files`] | readers of the files that people write |
 //! | [`plan`] | from names on the command line to checked points: stages, stops computed before motion, rehearsal |
 //! | [`judge`] | logs in, findings out |
 //! | [`people`] | what a run tells and asks people, and what it is refused for because of them |
+//! | [`sim`] | a simulated rig in a process of its own, at the far end of real wires |
 //! | [`campaign`] | a run: procedures to jobs, points to the loop, logs to the judge |
 //! | [`cli`] | the command line, one verb a file |
 

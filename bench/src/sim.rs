@@ -3,28 +3,23 @@
 //! Whoever runs the rig speaks to it as to hardware. Faults come over a control socket and can be injected nowhere else.
 
 mod control;
-mod order;
 mod server;
 mod truth;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicU16;
-use std::time::Duration;
 
 use drivers::device::DeviceError;
 use drivers::wire::PacketSocket;
 use procedures::log::LogError;
 
-pub use control::{path_for, tell};
-pub use order::{Answer, Order, WireFault, WorldFault, read as read_order};
-
-use crate::clock::{self, Clock};
+use crate::clock::Clock;
 use crate::model::rig::Rig;
 use crate::realtime::Rights;
 use crate::site::interface::{self, Kernel};
 use crate::site::unit::Unit;
-use crate::site::{Contact, Purpose, Units};
+use crate::site::{Contact, Purpose, Units, path_for};
 use control::Control;
 use server::Server;
 use truth::TruthLog;
@@ -180,19 +175,4 @@ fn peer_of(rig: &Rig) -> Result<String, DeviceError> {
             "the other end of its pair is not in this network name space; name it with `--interface`";
         interface::failure(own, reason.to_owned())
     })
-}
-
-/// Waits until a simulator answers at its control socket.
-///
-/// # Errors
-/// When none does in this time.
-pub fn wait_for(path: &std::path::Path, at_most: Duration) -> std::io::Result<()> {
-    let since = clock::Stopwatch::start();
-    loop {
-        match tell(path, &Order::Status) {
-            Ok(_) => return Ok(()),
-            Err(error) if since.elapsed_s() > at_most.as_secs_f64() => return Err(error),
-            Err(_) => clock::rest(Duration::from_millis(20)),
-        }
-    }
 }

@@ -15,8 +15,10 @@ use crate::rig::OpenRig;
 use crate::site::unit::Unit;
 
 pub mod interface;
+pub mod order;
 mod paced;
 mod simulated;
+mod teller;
 mod terminal;
 pub mod unit;
 mod unit_for_case;
@@ -25,6 +27,7 @@ mod wired;
 
 pub use paced::PacedSite;
 pub(crate) use simulated::{FarEnds, Units, check_scenery};
+pub use teller::{path_for, tell};
 pub(crate) use unit_for_case::sim_unit_for_case;
 pub use r#virtual::VirtualSite;
 pub use wired::WiredSite;

@@ -8,7 +8,9 @@ use super::options::load;
 use super::output;
 use crate::exit;
 use crate::people::signals;
-use crate::sim::{self, Answer, Settings};
+use crate::sim::{self, Settings};
+use crate::site;
+use crate::site::order::{self, Answer};
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
@@ -100,7 +102,7 @@ fn serve(args: &Args) -> u8 {
 
 /// Gives an order to the simulator behind the rig's interface.
 fn tell(args: &Args, order: &str) -> u8 {
-    let order = match sim::read_order(order) {
+    let order = match order::read(order) {
         Ok(order) => order,
         Err(why) => {
             output::error(&format!("--tell: {why}"));
@@ -111,7 +113,7 @@ fn tell(args: &Args, order: &str) -> u8 {
         Ok(path) => path,
         Err(code) => return code,
     };
-    match sim::tell(&path, &order) {
+    match site::tell(&path, &order) {
         Ok(Answer::Done(text)) => {
             output::say(&text);
             exit::PASS

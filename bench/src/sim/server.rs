@@ -10,9 +10,9 @@ use sim_devices::ethercat::LineFault;
 use sim_devices::rig::Fault;
 
 use super::control::{Asked, Control};
-use super::order::{Answer, Order};
 use super::truth::{self, TruthLog};
 use crate::people::signals;
+use crate::site::order::{Answer, Order};
 use crate::site::{Contact, FarEnds};
 
 /// Longest wait for a frame: watchdogs must act and orders be taken without any.

@@ -13,14 +13,14 @@ use drivers::wire::{Fieldbus, PacketSocket};
 use procedures::case::Case;
 
 use super::interface::{self, Interface, Kernel};
+use super::order::Order;
 use super::terminal::{CardImage, TerminalCard, WithTerminals};
-use super::{BusGrounds, Contact, Opened, Purpose, Site, Surroundings};
+use super::{BusGrounds, Contact, Opened, Purpose, Site, Surroundings, path_for, tell};
 use crate::clock::{self, Clock};
 use crate::model::address::Address;
 use crate::model::rig::Rig;
 use crate::rig::OpenRig;
 use crate::rig::wires::{Ports, Wires};
-use crate::sim;
 
 /// How long an interface must be silent before this program sends the first frame.
 const SILENCE: Duration = Duration::from_millis(100);
@@ -131,11 +131,11 @@ impl Surroundings for AroundWires {
         if case.target.is_none() && case.pull.is_none() && case.fine_frame_rate_hz.is_none() {
             return;
         }
-        let Some(path) = self.control.as_deref().and_then(|name| sim::path_for(name).ok()) else { return };
-        let order = sim::Order::Bring(Box::new(case.clone()));
-        let tell = move |path: PathBuf| {
-            let _ = sim::tell(&path, &order);
+        let Some(path) = self.control.as_deref().and_then(|name| path_for(name).ok()) else { return };
+        let order = Order::Bring(Box::new(case.clone()));
+        let carry = move |path: PathBuf| {
+            let _ = tell(&path, &order);
         };
-        let _ = std::thread::Builder::new().name("scenery".to_owned()).spawn(move || tell(path));
+        let _ = std::thread::Builder::new().name("scenery".to_owned()).spawn(move || carry(path));
     }
 }
