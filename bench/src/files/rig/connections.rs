@@ -128,3 +128,63 @@ impl Connections {
         (!self.is_wrong).then_some(self.interface)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::read_rig;
+    use super::super::tests::told;
+    use crate::files::shipped::{self, Folder};
+    use crate::model::rig::Tier;
+    use procedures::diagnostic::SourceFile;
+
+    /// What is said of the shipped wired rig after these replacements, each of the first place where the text stands.
+    fn said(edits: &[(&str, &str)]) -> String {
+        let mut text = shipped::find(Folder::Rigs, "wired", None).expect("a shipped rig").text;
+        for (old, new) in edits {
+            assert!(text.contains(old), "the rig file no longer says {old}");
+            text = text.replacen(old, new, 1);
+        }
+        told(&read_rig(SourceFile::new("rig.toml", text)).err().unwrap_or_default())
+    }
+
+    #[test]
+    fn the_shipped_wired_rig_is_on_one_wire_and_can_be_rehearsed_in_process() {
+        let source = shipped::find(Folder::Rigs, "wired", None).expect("a shipped rig");
+        let rig = read_rig(source).expect("it parses");
+        assert_eq!((rig.tier, rig.interface()), (Tier::Wired, Some("ecm")));
+        let rehearsed = rig.rehearsed_on(Tier::Virtual);
+        let stations: Vec<u16> = rehearsed.axes.iter().map(|axis| axis.drive.station).collect();
+        assert_eq!((rehearsed.interface(), stations), (None, vec![1, 2]));
+    }
+
+    #[test]
+    fn aliases_keep_their_order_when_a_rig_is_rehearsed() {
+        let text = shipped::find(Folder::Rigs, "wired", None).expect("a shipped rig").text;
+        let text = text.replace("ecm/1\"", "ecm/2002\"").replace("ecm/2\"", "ecm/1001\"");
+        let rig = read_rig(SourceFile::new("rig.toml", text)).expect("it parses");
+        let stations: Vec<u16> =
+            rig.rehearsed_on(Tier::Paced).axes.iter().map(|axis| axis.drive.station).collect();
+        assert_eq!(stations, [2, 1], "azimuth has the higher alias");
+    }
+
+    #[test]
+    fn drives_on_two_wires_are_refused() {
+        insta::assert_snapshot!(said(&[("ethercat:ecm/2", "ethercat:ecx/2")]));
+    }
+
+    #[test]
+    fn an_address_that_is_none_is_shown_how_one_is_written() {
+        insta::assert_snapshot!(said(&[("ethercat:ecm/1", "ethercat:ecm")]));
+    }
+
+    #[test]
+    fn a_drive_on_a_wire_needs_an_address_and_no_station() {
+        insta::assert_snapshot!(said(&[("ports = { bus = \"ethercat:ecm/1\" }", "station = 1")]));
+        insta::assert_snapshot!(said(&[("ports = { bus", "station = 1\nports = { bus")]));
+    }
+
+    #[test]
+    fn a_tier_in_process_has_no_wires() {
+        insta::assert_snapshot!(said(&[("tier = \"wired\"", "tier = \"paced\"")]));
+    }
+}
