@@ -115,7 +115,8 @@ impl<L: EthernetLink> Server<L> {
     }
 
     fn send_late(&mut self, now: Duration) {
-        while let Some(late) = self.late.pop_front_if(|late| late.due <= now) {
+        while self.late.front().is_some_and(|late| late.due <= now) {
+            let Some(late) = self.late.pop_front() else { return };
             self.served.unsent += u64::from(self.link.send(&late.frame).is_err());
         }
     }

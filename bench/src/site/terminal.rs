@@ -14,6 +14,9 @@ const COUNTS_PER_V: f64 = 32_767.0 / 10.0;
 /// Bytes of a channel.
 const BYTES: usize = 2;
 
+/// Stations of terminals, each with the process data that its port and the bus share.
+pub(super) type Images = Vec<(u16, Rc<RefCell<CardImage>>)>;
+
 /// Process data of a terminal, shared by its port and the bus.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct CardImage {
@@ -92,7 +95,7 @@ pub(super) struct WithTerminals<B: Fieldbus> {
 
 impl<B: Fieldbus> WithTerminals<B> {
     /// A bus with these terminals, by station.
-    pub(super) fn new(bus: B, images: Vec<(u16, Rc<RefCell<CardImage>>)>) -> Self {
+    pub(super) fn new(bus: B, images: Images) -> Self {
         let terminal = |(station, image)| Terminal { station, slot: Slot::default(), image };
         Self { bus, terminals: images.into_iter().map(terminal).collect() }
     }

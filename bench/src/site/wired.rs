@@ -14,7 +14,7 @@ use procedures::case::Case;
 
 use super::interface::{self, Interface, Kernel};
 use super::order::Order;
-use super::terminal::{CardImage, TerminalCard, WithTerminals};
+use super::terminal::{CardImage, Images, TerminalCard, WithTerminals};
 use super::{BusGrounds, Contact, Opened, Purpose, Site, Surroundings, path_for, tell};
 use crate::clock::{self, Clock};
 use crate::model::address::Address;
@@ -90,9 +90,9 @@ fn settings(rig: &Rig, interface: &str) -> EtherCatSettings {
 }
 
 /// Ports of the terminals that the devices of a rig name, and what bus and ports share.
-fn terminals(rig: &Rig) -> (Ports, Vec<(u16, Rc<RefCell<CardImage>>)>) {
+fn terminals(rig: &Rig) -> (Ports, Images) {
     let mut ports = Ports::default();
-    let mut images = Vec::new();
+    let mut images = Images::new();
     for (text, station) in terminal_addresses(rig) {
         let image = Rc::new(RefCell::new(CardImage::default()));
         ports = ports.with_card(&text, Box::new(TerminalCard::new(&text, Rc::clone(&image))));

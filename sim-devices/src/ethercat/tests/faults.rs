@@ -29,6 +29,10 @@ impl EtherCatLine for RigLine {
     fn names(&self) -> Vec<String> {
         self.0.names()
     }
+
+    fn set_alias(&mut self, device: usize, alias: u16) -> Result<(), String> {
+        self.0.set_alias(device, alias)
+    }
 }
 
 /// Two drives and a terminal after power-up, and the rig that they belong to.

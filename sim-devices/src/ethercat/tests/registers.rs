@@ -106,3 +106,12 @@ fn blank_writes_to_slots_that_do_not_exist_do_no_harm() {
     assert_eq!(bench.write(FIRST, 0x0680, &[0; 16]), 0);
     assert_eq!(bench.write(FIRST, 0x0840, &[0; 8]), 0);
 }
+
+#[test]
+fn an_alias_that_a_tool_has_written_is_what_the_device_says_from_then_on() {
+    let mut bench = toy();
+    assert_eq!(bench.read_u16(FIRST, 0x0012), 0);
+    bench.line.set_alias(0, 2002).expect("there is a device 0");
+    assert_eq!(bench.read_u16(FIRST, 0x0012), 2002);
+    assert!(bench.line.set_alias(1, 2003).is_err(), "there is no device 1");
+}

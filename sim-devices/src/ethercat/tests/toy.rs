@@ -143,6 +143,12 @@ impl EtherCatLine for ToyLine {
     fn names(&self) -> Vec<String> {
         self.devices.iter().map(|_| "toy".to_owned()).collect()
     }
+
+    fn set_alias(&mut self, device: usize, alias: u16) -> Result<(), String> {
+        let found = self.devices.get_mut(device).ok_or_else(|| format!("no toy {device}"))?;
+        found.esc.set_alias(alias);
+        Ok(())
+    }
 }
 
 /// What the SII of a toy says.
