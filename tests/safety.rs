@@ -3,6 +3,7 @@
 mod bed;
 mod each_state;
 mod endings;
+mod ethercat;
 mod hung;
 mod limited;
 mod mirror;

@@ -363,6 +363,8 @@ pub struct Window {
     pub left: Vec<FinalState>,
     /// Ticks that came so late that they missed periods.
     pub stalls: Vec<Stall>,
+    /// What stations of the fieldbus said by themselves, as `station 1: …`.
+    pub notices: Vec<String>,
     /// How late the ticks came; `None` where time was virtual.
     pub lateness: Option<LatenessHistogram>,
     /// Rows by topic.
@@ -445,6 +447,7 @@ impl Window {
             stops: Vec::new(),
             left: Vec::new(),
             stalls: Vec::new(),
+            notices: Vec::new(),
             lateness: None,
             topics,
         }

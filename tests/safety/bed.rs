@@ -1,10 +1,13 @@
 //! A simulated director in the real loop, with everything that a test may want to change.
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
+use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::AtomicU16;
 use std::time::Duration;
 
+use super::ethercat;
 use bench::clock::Clock;
 use bench::cycle::axis_loop::AxisLoop;
 use bench::cycle::dither::Dither;
@@ -22,6 +25,7 @@ use procedures::case::{Case, Mode, Segment, Then};
 use procedures::diagnostic::SourceFile;
 use procedures::log::{LogReader, Plan, Window};
 use procedures::stimulus::{ProfileLimits, Stimulus};
+use sim_devices::ethercat::LineFault;
 use sim_devices::rig::{Fault, SeedAddress, SimulatedRig, StartState};
 use sim_devices::unit::UnitSettings;
 
@@ -44,6 +48,9 @@ pub(super) struct Bed {
     pub(super) recorder: Option<MakeRecorder>,
     /// Faults of the simulated rig, each at a time since the first tick.
     pub(super) faults: Vec<(Duration, Fault)>,
+    /// With these the drives are at the end of an EtherCAT wire in process, on which each fault acts at a time since the first
+    /// tick.
+    pub(super) on_ethercat: Option<Vec<(Duration, LineFault)>>,
 }
 
 /// What came of it.
@@ -70,6 +77,7 @@ impl Bed {
             wrap: Box::new(|bus| bus),
             recorder: None,
             faults: Vec::new(),
+            on_ethercat: None,
         }
     }
 
@@ -87,6 +95,10 @@ impl Bed {
         let simulated =
             SimulatedRig::new(&self.unit, &address, StartState { az_rad, el_rad, heat_sink_degc: 40.0 });
         let mut wires = Wires::simulated(&simulated);
+        let schedule = Rc::new(RefCell::new(Vec::new()));
+        if self.on_ethercat.is_some() {
+            wires.bus = ethercat::bus(&simulated, 1.0 / self.rig.loop_rate_hz, &schedule);
+        }
         wires.bus = (self.wrap)(wires.bus);
         let gains = parameters::load(&self.rig).expect("shipped parameters");
         let mut armed = OpenRig::open(wires, &self.rig, &gains, &Clock::Virtual)
@@ -96,6 +108,9 @@ impl Bed {
         armed.change_before_ticks(&settings, &Clock::Virtual).expect("settings that every device takes");
         for &(after, fault) in &self.faults {
             simulated.schedule(armed.ready() + after, fault);
+        }
+        for (after, fault) in self.on_ethercat.into_iter().flatten() {
+            schedule.borrow_mut().push((armed.ready() + after, fault));
         }
         let loops = AxisLoop::of_rig(&self.rig, &gains);
         let conditions = Conditions {

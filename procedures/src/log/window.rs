@@ -64,6 +64,7 @@ struct Open {
     stops: Vec<StopRecord>,
     left: Vec<FinalState>,
     stalls: Vec<Stall>,
+    notices: Vec<String>,
     lateness: Option<LatenessHistogram>,
     last_row_s: f64,
     samples: u64,
@@ -140,8 +141,8 @@ impl Assembly {
             std::mem::replace(rows, empty)
         });
         let topics = with_stops(topics.collect());
-        let Open { point, segments, trips, stops, left, stalls, lateness, .. } = open;
-        Some(Window { point, status, segments, trips, stops, left, stalls, lateness, topics })
+        let Open { point, segments, trips, stops, left, stalls, notices, lateness, .. } = open;
+        Some(Window { point, status, segments, trips, stops, left, stalls, notices, lateness, topics })
     }
 
     fn channel(&mut self, channel: Channel) -> Result<(), Broken> {
@@ -244,7 +245,9 @@ impl Assembly {
             (Event::Left(state), Some(open)) if state.point == open.point => open.left.push(state),
             (Event::RingHalfFull { point }, Some(open)) if point == open.point => {}
             (Event::Stall { point, stall }, Some(open)) if point == open.point => open.stalls.push(stall),
-            (Event::Notice { point, .. }, Some(open)) if point == open.point => {}
+            (Event::Notice { point, station, what }, Some(open)) if point == open.point => {
+                open.notices.push(format!("station {station}: {what}"));
+            }
             (Event::Lateness { point, histogram }, Some(open)) if point == open.point => {
                 open.lateness.get_or_insert_default().add(&histogram);
             }

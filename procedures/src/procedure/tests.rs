@@ -47,6 +47,7 @@ fn window(status: PointStatus, missed: &[f64]) -> Window {
         stops: Vec::new(),
         left: Vec::new(),
         stalls: Vec::new(),
+        notices: Vec::new(),
         lateness: None,
         topics: vec![rows],
     }
