@@ -42,3 +42,4 @@ mod tracks;
 mod units;
 mod unreached;
 mod verdicts;
+mod wire;

@@ -10,6 +10,8 @@ mod datagram;
 pub mod ethercat;
 mod ethernet;
 pub mod fault;
+#[cfg(all(target_os = "linux", feature = "igh"))]
+pub mod igh;
 mod line;
 #[cfg(target_os = "linux")]
 mod packet_socket;
