@@ -43,3 +43,4 @@ mod tracks;
 mod units;
 mod unreached;
 mod verdicts;
+mod wire;

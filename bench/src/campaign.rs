@@ -207,6 +207,9 @@ fn run_in<'scope, 'env, 'a: 'scope>(
     let found = session.as_ref().and_then(HeldSession::identified);
     let (page, held) = admit::admit(setup, found)?;
     let page = Page { grants: session.as_ref().map(HeldSession::grants).unwrap_or_default(), ..page };
+    if let Some(faults) = setup.site.wire_faults() {
+        faults.begin();
+    }
     let unwritten = |e| output(&setup.folder, e);
     let journal = claim(&setup.folder)?;
     let journal = open_journal(setup, &page, journal).map_err(unwritten)?;

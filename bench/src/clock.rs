@@ -143,6 +143,14 @@ impl Clock {
         }
     }
 
+    /// How much later than `other` this clock was started; 0 on a virtual clock.
+    pub fn started_after(&self, other: &Self) -> Duration {
+        match (self, other) {
+            (Self::Real(own), Self::Real(other)) => own.start.saturating_sub(other.start),
+            _ => Duration::ZERO,
+        }
+    }
+
     /// Waits until `due` and returns the time then; a virtual clock is there at once, and on time unless it is told to be
     /// late.
     pub fn wait_until(&self, due: Duration) -> Duration {
@@ -219,6 +227,17 @@ pub fn rest(time: Duration) {
 /// A short rest for a thread that waits on a ring.
 pub fn nap() {
     std::thread::sleep(Duration::from_micros(200));
+}
+
+/// Wall clock in nanoseconds since 1970 (UTC), for the times of frames in files of other programs.
+pub fn unix_ns() -> u64 {
+    let since_1970 = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+    u64::try_from(since_1970.as_nanos()).unwrap_or(u64::MAX)
+}
+
+/// The same in words, RFC 3339 with nanoseconds.
+pub fn utc_of(unix_ns: u64) -> String {
+    humantime::format_rfc3339_nanos(SystemTime::UNIX_EPOCH + Duration::from_nanos(unix_ns)).to_string()
 }
 
 /// Wall clock in UTC, RFC 3339 with seconds, for titles and journals.

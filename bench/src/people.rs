@@ -62,6 +62,8 @@ pub struct Situation<'a> {
     pub jobs: Option<usize>,
     /// How questions are answered.
     pub answers: &'a Answers,
+    /// Faults that are planted on the wire, as they were asked for.
+    pub wire_faults: &'a [String],
 }
 
 impl<'a> Situation<'a> {
@@ -85,6 +87,7 @@ pub struct Rule {
 /// All rules, in the order in which they are told.
 pub const RULES: &[Rule] = &[
     Rule { with_real_devices: true, broken: planted_defect },
+    Rule { with_real_devices: true, broken: disturbed_wire },
     Rule { with_real_devices: true, broken: parallel },
     Rule { with_real_devices: true, broken: safety_answered_by_nobody },
     Rule { with_real_devices: true, broken: safety_answered_by_file },
@@ -107,6 +110,15 @@ fn planted_defect(s: &Situation<'_>) -> Option<String> {
             s.unit.id, s.real[0]
         )
     })
+}
+
+fn disturbed_wire(s: &Situation<'_>) -> Option<String> {
+    let fault = s.wire_faults.first()?;
+    Some(format!(
+        "--wire-fault {fault}: {} is real, and faults are planted on wires to simulated devices only; leave out \
+         --wire-fault",
+        s.real[0]
+    ))
 }
 
 fn parallel(s: &Situation<'_>) -> Option<String> {

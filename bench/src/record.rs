@@ -7,3 +7,4 @@ pub mod journal;
 pub(crate) mod log;
 pub(crate) mod page;
 pub(crate) mod polarity;
+pub mod tap;

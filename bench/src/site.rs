@@ -23,6 +23,7 @@ mod terminal;
 pub mod unit;
 mod unit_for_case;
 mod r#virtual;
+mod wire_faults;
 mod wired;
 
 pub use paced::PacedSite;
@@ -30,7 +31,8 @@ pub(crate) use simulated::{FarEnds, Units, check_scenery};
 pub use teller::{path_for, tell};
 pub(crate) use unit_for_case::sim_unit_for_case;
 pub use r#virtual::VirtualSite;
-pub use wired::WiredSite;
+pub use wire_faults::WireFaults;
+pub use wired::{OnWire, WiredSite};
 
 /// The site that a rig's tier asks for, with this unit. `built` is the unit in the build state of each stage, `None` where
 /// that is the final one.
@@ -38,7 +40,7 @@ pub fn site<'a>(rig: &Rig, unit: &'a Unit, built: &'a [Option<Unit>]) -> Box<dyn
     match rig.tier {
         Tier::Virtual => Box::new(VirtualSite::new(unit, built)),
         Tier::Paced => Box::new(PacedSite::new(unit, built)),
-        Tier::Wired | Tier::Hardware => Box::new(WiredSite),
+        Tier::Wired | Tier::Hardware => Box::new(WiredSite::default()),
     }
 }
 
@@ -52,6 +54,11 @@ pub trait Site: Send + Sync {
     /// # Errors
     /// The first device that is missing, does not answer, refuses a setting or reads back something else.
     fn open(&self, rig: &Rig, gains: &DirectorGains, purpose: &Purpose<'_>) -> Result<Opened, DeviceError>;
+
+    /// Faults that are planted on its wires. They begin when it is known that none of its devices may be real.
+    fn wire_faults(&self) -> Option<&WireFaults> {
+        None
+    }
 }
 
 /// What a session is opened for. A site whose devices exist reads nothing of it.
@@ -90,6 +97,8 @@ pub struct Opened {
 pub struct BusGrounds {
     /// Whether its interface has a physical device.
     pub is_physical: bool,
+    /// Whether faults are planted on it: nothing on such a bus counts as real.
+    pub is_disturbed: bool,
     /// How that is known.
     pub text: String,
 }
@@ -98,7 +107,7 @@ impl BusGrounds {
     /// A bus inside this program.
     pub(crate) fn in_process() -> Self {
         let text = "virtual bus: no network interface with a physical device".to_owned();
-        Self { is_physical: false, text }
+        Self { is_physical: false, is_disturbed: false, text }
     }
 }
 

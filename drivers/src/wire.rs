@@ -9,16 +9,21 @@ mod analog;
 mod datagram;
 pub mod ethercat;
 mod ethernet;
+pub mod fault;
+#[cfg(all(target_os = "linux", feature = "igh"))]
+pub mod igh;
 mod line;
 #[cfg(target_os = "linux")]
 mod packet_socket;
+mod tap;
 
 pub use analog::AnalogPort;
 pub use datagram::DatagramPort;
-pub use ethernet::{EthernetLink, MAX_FRAME_BYTES};
+pub use ethernet::{EthernetLink, MAX_FRAME_BYTES, StoredFrame, Way};
 pub use line::ByteLine;
 #[cfg(target_os = "linux")]
 pub use packet_socket::{PacketSocket, addresses};
+pub use tap::{FrameSink, Tap, TappedFrame};
 
 /// Operating state of a bus (EtherCAT names).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

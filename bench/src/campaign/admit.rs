@@ -25,7 +25,9 @@ pub(super) fn admit(
     let (bus, devices) = found.map_or_else(|| point::identify(setup), Ok)?;
     let real = crate::rig::identities::real(&devices);
     let Setup { plan, unit, jobs, answers, .. } = setup;
-    let mut refusals = people::refusals(&Situation { real: &real, unit, plan, jobs: *jobs, answers });
+    let wire_faults = wire_faults(setup);
+    let situation = Situation { real: &real, unit, plan, jobs: *jobs, answers, wire_faults: &wire_faults };
+    let mut refusals = people::refusals(&situation);
     refusals.extend(calibration::refusals(setup.rig, &real, &clock::today()));
     if !refusals.is_empty() {
         return Err(RunError::Refused(refusals.join("\n  and: ")));
@@ -74,8 +76,14 @@ fn title_page(setup: &Setup<'_>, devices: Vec<DeviceRecord>) -> Result<Page, Run
         serial_number: setup.serial_number.clone(),
         command_line: setup.command_line.clone(),
         jobs: if real || setup.site.keeps_session() { 1 } else { setup.jobs.unwrap_or_else(processors) },
+        wire_faults: wire_faults(setup),
         started_utc,
     })
+}
+
+/// Faults that are planted on the wire, as they were asked for.
+fn wire_faults(setup: &Setup<'_>) -> Vec<String> {
+    setup.site.wire_faults().map(|faults| faults.asked().to_vec()).unwrap_or_default()
 }
 
 fn processors() -> usize {

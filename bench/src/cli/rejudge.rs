@@ -187,6 +187,7 @@ fn page_of(judged: &JudgedLog, file: &str, requirements: KeptFile) -> Page {
         serial_number: None,
         command_line: String::new(),
         jobs: 1,
+        wire_faults: Vec::new(),
         started_utc: String::new(),
     }
 }

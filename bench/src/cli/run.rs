@@ -26,11 +26,13 @@ use crate::people::underway::Underway;
 use crate::plan::{CampaignPlan, Wanted};
 use crate::record::evidence;
 use crate::record::journal::Entry;
-use crate::site::site;
 use crate::site::unit::Unit;
+use crate::site::{Site, WiredSite, site};
 
 mod keep;
 mod summary;
+mod wire;
+mod wire_fault;
 
 #[derive(clap::Args, Debug)]
 #[command(after_help = EXIT_CODES)]
@@ -72,6 +74,8 @@ pub(super) struct Args {
     /// Ask nothing and draw no progress bar; the run is refused if a prompt has no answer
     #[arg(long)]
     non_interactive: bool,
+    #[command(flatten)]
+    wire: wire::WireArgs,
 }
 
 /// What `--help` says behind the options.
@@ -104,7 +108,10 @@ pub(super) fn run(args: &Args) -> u8 {
     };
     let ready = |prepared: Prepared| judges(&prepared.rig).map(|()| prepared);
     match prepare(args).and_then(ready).and_then(|prepared| signals::begin(&stop).map(|()| prepared)) {
-        Ok(prepared) => carry_out(args, &prepared, stop, underway),
+        Ok(prepared) => {
+            let code = carry_out(args, &prepared, stop, underway);
+            prepared.wire.finish(code)
+        }
         Err(code) => code,
     }
 }
@@ -150,10 +157,12 @@ struct Prepared {
     gains: controllers::DirectorGains,
     answers: Answers,
     folder: PathBuf,
+    wire: wire::RunWire,
 }
 
 fn prepare(args: &Args) -> Result<Prepared, u8> {
     let (rig, unit) = args.asked.on.load()?;
+    args.wire.check(&rig)?;
     let wanted =
         Wanted { polarity_proven: args.polarity.is_some(), ..args.asked.wanted(&args.select, args.fit) };
     let plan = crate::plan::plan(&wanted, &rig).map_err(|e| output::plan_error(&e, exit::REFUSED))?;
@@ -161,7 +170,8 @@ fn prepare(args: &Args) -> Result<Prepared, u8> {
     let gains = parameters::load(&rig).map_err(|found| output::mistakes(&found))?;
     let answers = answers(args, &plan)?;
     let folder = keep::folder(args.out.as_deref())?;
-    Ok(Prepared { rig, unit, built, plan, gains, answers, folder })
+    let wire = args.wire.open(&rig, args.seed, &folder)?;
+    Ok(Prepared { rig, unit, built, plan, gains, answers, folder, wire })
 }
 
 /// How the prompts of this plan are answered.
@@ -180,6 +190,10 @@ fn answers(args: &Args, plan: &CampaignPlan) -> Result<Answers, u8> {
 
 fn carry_out(args: &Args, prepared: &Prepared, stop: Arc<AtomicU16>, underway: Underway) -> u8 {
     let watch = Stopwatch::start();
+    let site: Box<dyn Site> = match prepared.rig.tier {
+        Tier::Wired | Tier::Hardware => Box::new(WiredSite::new(prepared.wire.on_wire())),
+        Tier::Virtual | Tier::Paced => site(&prepared.rig, &prepared.unit, &prepared.built),
+    };
     let setup = Setup {
         plan: &prepared.plan,
         rig: &prepared.rig,
@@ -197,7 +211,7 @@ fn carry_out(args: &Args, prepared: &Prepared, stop: Arc<AtomicU16>, underway: U
         underway,
         stop,
         polarity: args.polarity.clone(),
-        site: &*site(&prepared.rig, &prepared.unit, &prepared.built),
+        site: &*site,
         judge: judge::judge_log,
     };
     let mut speaker = Speaker { as_result: args.json };

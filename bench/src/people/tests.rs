@@ -101,7 +101,7 @@ fn each_rule_refuses_what_it_is_about_and_nothing_else() {
     for (row, (real, unit, jobs, prompts, answers, expected)) in table.into_iter().enumerate() {
         let unit = load_unit(unit).expect("shipped");
         let plan = asking(prompts);
-        let found = refusals(&Situation { real, unit: &unit, plan: &plan, jobs, answers: &answers });
+        let found = refusals(&situation(real, &unit, &plan, jobs, &answers));
         match expected {
             None => assert_eq!(found, Vec::<String>::new(), "row {row}"),
             Some(start) => {
@@ -109,6 +109,28 @@ fn each_rule_refuses_what_it_is_about_and_nothing_else() {
             }
         }
     }
+}
+
+fn situation<'a>(
+    real: &'a [&'a str],
+    unit: &'a Unit,
+    plan: &'a CampaignPlan,
+    jobs: Option<usize>,
+    answers: &'a Answers,
+) -> Situation<'a> {
+    Situation { real, unit, plan, jobs, answers, wire_faults: &[] }
+}
+
+#[test]
+fn faults_of_the_wire_are_refused_where_a_device_is_real() {
+    let (unit, plan) = (load_unit("nominal").expect("shipped"), asking(Vec::new()));
+    let answers = at_a_terminal();
+    let faults = ["back:drop@0.001".to_owned()];
+    let with =
+        |real| refusals(&Situation { wire_faults: &faults, ..situation(real, &unit, &plan, None, &answers) });
+    assert_eq!(with(&[]), Vec::<String>::new());
+    let found = with(&["az-drive"]);
+    assert!(found[0].starts_with("--wire-fault back:drop@0.001: az-drive is real"), "{found:?}");
 }
 
 fn owned<'a>(owner: &'a str, prompts: &'a [Prompt]) -> Vec<Asked<'a>> {

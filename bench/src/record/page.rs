@@ -212,6 +212,9 @@ pub struct Page {
     pub command_line: String,
     /// Jobs at a time.
     pub jobs: usize,
+    /// Faults that were planted on the wire, as they were asked for: nothing on it counts as real.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub wire_faults: Vec<String>,
     /// Start by the wall clock.
     pub started_utc: String,
 }

@@ -33,7 +33,7 @@ pub(crate) fn records(rig: &Rig, open: &OpenRig, bus: &BusGrounds) -> Vec<Device
             ),
             may_be_real: lacks_mark(id),
             // A virtual bus proves nothing real, whoever answers on it.
-            proven_real: bus.is_physical && lacks_mark(id),
+            proven_real: bus.is_physical && !bus.is_disturbed && lacks_mark(id),
             grounds: grounds(id, bus),
         })
         .chain(others)
@@ -50,9 +50,9 @@ fn lacks_mark(identity: &Identity) -> bool {
 }
 
 fn grounds(identity: &Identity, bus: &BusGrounds) -> String {
-    let BusGrounds { is_physical, text } = bus;
+    let BusGrounds { is_physical, is_disturbed, text } = bus;
     let vendor = identity.vendor;
-    match (lacks_mark(identity), is_physical) {
+    let found = match (lacks_mark(identity), is_physical) {
         (true, true) => {
             format!("{text}; vendor {vendor:08X}h is not the simulator's mark ({SIMULATORS_MARK:08X}h)")
         }
@@ -61,5 +61,9 @@ fn grounds(identity: &Identity, bus: &BusGrounds) -> String {
              bus has no hardware: {text}"
         ),
         (false, _) => format!("{text}; it carries the simulator's mark"),
+    };
+    match is_disturbed {
+        true => format!("{found}; faults were planted on the wire, so nothing on it counts as real"),
+        false => found,
     }
 }

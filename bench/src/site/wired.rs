@@ -9,27 +9,65 @@ use std::time::Duration;
 use controllers::DirectorGains;
 use drivers::device::DeviceError;
 use drivers::wire::ethercat::{EtherCatBus, EtherCatSettings};
-use drivers::wire::{Fieldbus, PacketSocket};
+use drivers::wire::{EthernetLink, Fieldbus, PacketSocket, Tap};
 use procedures::case::Case;
 
 use super::interface::{self, Interface, Kernel};
 use super::order::Order;
 use super::terminal::{CardImage, Images, TerminalCard, WithTerminals};
-use super::{BusGrounds, Contact, Opened, Purpose, Site, Surroundings, path_for, tell};
+use super::{BusGrounds, Contact, Opened, Purpose, Site, Surroundings, WireFaults, path_for, tell};
 use crate::clock::{self, Clock};
 use crate::model::address::Address;
 use crate::model::rig::Rig;
+use crate::record::tap::WireTap;
 use crate::rig::OpenRig;
 use crate::rig::wires::{Ports, Wires};
 
 /// How long an interface must be silent before this program sends the first frame.
 const SILENCE: Duration = Duration::from_millis(100);
 
-/// The site of the wired and of the hardware tier.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct WiredSite;
+/// What a run has on its EtherCAT interface beside the bus.
+#[derive(Clone, Copy, Default)]
+pub struct OnWire<'a> {
+    /// Whoever gets copies of all frames.
+    pub tap: Option<&'a WireTap>,
+    /// Faults of the interface.
+    pub faults: Option<&'a WireFaults>,
+}
 
-impl Site for WiredSite {
+/// The site of the wired and of the hardware tier.
+#[derive(Clone, Copy, Default)]
+pub struct WiredSite<'a> {
+    on_wire: OnWire<'a>,
+}
+
+impl<'a> WiredSite<'a> {
+    /// A site with something on its interface.
+    pub fn new(on_wire: OnWire<'a>) -> Self {
+        Self { on_wire }
+    }
+
+    /// An interface with all that is on it. The tap stands at the bus: it tells what the bus sends and gets, not what the
+    /// faults make of it on the way out.
+    fn link(&self, name: &str, clock: &Clock) -> Result<Box<dyn EthernetLink>, DeviceError> {
+        let mut link: Box<dyn EthernetLink> = Box::new(PacketSocket::open(
+            name,
+            Box::new({
+                let clock = clock.clone();
+                move || clock.now()
+            }),
+        )?);
+        if let Some(faults) = self.on_wire.faults {
+            link = Box::new(faults.on(link));
+        }
+        if let Some(sink) = self.on_wire.tap.and_then(|tap| tap.sink(clock)) {
+            link = Box::new(Tap::new(link, sink));
+        }
+        Ok(link)
+    }
+}
+
+impl Site for WiredSite<'_> {
     fn keeps_session(&self) -> bool {
         true
     }
@@ -43,32 +81,32 @@ impl Site for WiredSite {
         })?;
         let interface = checked(name)?;
         let clock = Clock::real();
-        let link = PacketSocket::open(
-            name,
-            Box::new({
-                let clock = clock.clone();
-                move || clock.now()
-            }),
-        )?;
-        let bus = EtherCatBus::open(Box::new(link), settings(rig, name))?;
+        let bus = EtherCatBus::open(self.link(name, &clock)?, settings(rig, name))?;
         let (ports, images) = terminals(rig);
         let bus: Box<dyn Fieldbus> = Box::new(WithTerminals::new(bus, images));
         let bus_name = bus.name().to_owned();
         let rig = OpenRig::open(Wires { bus, ports }, rig, gains, &clock)?;
         let surroundings = Box::new(AroundWires { control: interface.peer.clone() });
-        Ok(Opened { bus: bus_name, grounds: grounds(&interface), rig, clock, surroundings })
+        Ok(Opened { bus: bus_name, grounds: self.grounds(&interface), rig, clock, surroundings })
+    }
+
+    fn wire_faults(&self) -> Option<&WireFaults> {
+        self.on_wire.faults
     }
 }
 
-/// What the interface says about whether there is hardware behind it.
-fn grounds(interface: &Interface) -> BusGrounds {
-    let name = &interface.name;
-    let text = match (interface.is_physical, interface.is_pair) {
-        (true, _) => format!("interface {name} has a physical device"),
-        (false, true) => format!("interface {name} is one end of a pair of virtual interfaces"),
-        (false, false) => format!("interface {name} is virtual"),
-    };
-    BusGrounds { is_physical: interface.is_physical, text }
+impl WiredSite<'_> {
+    /// What the interface says about whether there is hardware behind it.
+    fn grounds(&self, interface: &Interface) -> BusGrounds {
+        let name = &interface.name;
+        let text = match (interface.is_physical, interface.is_pair) {
+            (true, _) => format!("interface {name} has a physical device"),
+            (false, true) => format!("interface {name} is one end of a pair of virtual interfaces"),
+            (false, false) => format!("interface {name} is virtual"),
+        };
+        let is_disturbed = self.on_wire.faults.is_some();
+        BusGrounds { is_physical: interface.is_physical, is_disturbed, text }
+    }
 }
 
 /// An interface that nothing else uses.

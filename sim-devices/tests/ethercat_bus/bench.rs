@@ -105,9 +105,17 @@ impl Bench {
     }
 
     pub(crate) fn with(settings: EtherCatSettings) -> Self {
+        Self::through(settings, |link| Box::new(link))
+    }
+
+    /// With something between bus and wire.
+    pub(crate) fn through(
+        settings: EtherCatSettings,
+        between: impl FnOnce(SharedLink) -> Box<dyn EthernetLink>,
+    ) -> Self {
         let link = SharedLink::new();
         let bus =
-            EtherCatBus::open(Box::new(link.clone()), settings).expect("two drives and a terminal answer");
+            EtherCatBus::open(between(link.clone()), settings).expect("two drives and a terminal answer");
         let mut bench = Self {
             link,
             bus,

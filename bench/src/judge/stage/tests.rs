@@ -66,6 +66,7 @@ fn page(needs_pass: &[&str]) -> Page {
         serial_number: None,
         command_line: String::new(),
         jobs: 1,
+        wire_faults: Vec::new(),
         started_utc: String::new(),
     }
 }
