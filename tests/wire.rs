@@ -49,6 +49,7 @@ fn a_fault_that_cannot_be_read_is_told_what_was_expected() {
 
 #[cfg(target_os = "linux")]
 #[test]
+#[allow(clippy::print_stderr)]
 fn faults_are_refused_before_the_first_frame_where_the_interface_is_hardware() {
     let is_hardware =
         |name: &String| std::path::Path::new("/sys/class/net").join(name).join("device").exists();
