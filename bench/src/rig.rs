@@ -20,7 +20,7 @@ pub(crate) mod device;
 pub mod devices;
 pub(crate) mod driver;
 pub(crate) mod feedback;
-pub(crate) mod identities;
+pub mod identities;
 pub(crate) mod instruments;
 mod link;
 mod pace;

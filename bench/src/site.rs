@@ -12,6 +12,7 @@ use procedures::case::Case;
 use crate::clock::Clock;
 use crate::model::rig::{Rig, Tier};
 use crate::rig::OpenRig;
+pub use crate::rig::identities::BusGrounds;
 use crate::site::unit::Unit;
 
 pub mod interface;
@@ -90,25 +91,6 @@ pub struct Opened {
     pub clock: Clock,
     /// What is around it.
     pub surroundings: Box<dyn Surroundings>,
-}
-
-/// Whether there may be hardware at the far end of a bus, and how that is known (evidence.md §1).
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct BusGrounds {
-    /// Whether its interface has a physical device.
-    pub is_physical: bool,
-    /// Whether faults are planted on it: nothing on such a bus counts as real.
-    pub is_disturbed: bool,
-    /// How that is known.
-    pub text: String,
-}
-
-impl BusGrounds {
-    /// A bus inside this program.
-    pub(crate) fn in_process() -> Self {
-        let text = "virtual bus: no network interface with a physical device".to_owned();
-        Self { is_physical: false, is_disturbed: false, text }
-    }
 }
 
 /// What is around a rig, and no device tells or brings.

@@ -5,10 +5,28 @@ use reports::record::DeviceRecord;
 
 use super::OpenRig;
 use crate::model::rig::Rig;
-use crate::site::BusGrounds;
 
 /// Vendor id (1018h:1) of every simulated drive: the letters SIM. No maker has it.
 pub(crate) const SIMULATORS_MARK: u32 = 0x0053_494D;
+
+/// Whether there may be hardware at the far end of a bus, and how that is known.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BusGrounds {
+    /// Whether its interface has a physical device.
+    pub is_physical: bool,
+    /// Whether faults are planted on it: nothing on such a bus counts as real.
+    pub is_disturbed: bool,
+    /// How that is known.
+    pub text: String,
+}
+
+impl BusGrounds {
+    /// A bus inside this program.
+    pub(crate) fn in_process() -> Self {
+        let text = "virtual bus: no network interface with a physical device".to_owned();
+        Self { is_physical: false, is_disturbed: false, text }
+    }
+}
 
 /// One record per drive, then the devices on the gimbal, then the instruments. A drive without the simulator's mark counts as real:
 /// whoever stands beside it is protected first. What has no identity of that sort stays simulated on virtual wires.
