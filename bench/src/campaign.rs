@@ -211,8 +211,7 @@ fn run_in<'scope, 'env, 'a: 'scope>(
         faults.begin();
     }
     let unwritten = |e| output(&setup.folder, e);
-    let journal = claim(&setup.folder)?;
-    let journal = open_journal(setup, &page, journal).map_err(unwritten)?;
+    let journal = open_journal(setup, &page, claim(&setup.folder)?).map_err(unwritten)?;
     let slots = Mutex::new(setup.plan.procedures.iter().map(|_| None).collect());
     held.arm()?;
     if let Some(session) = &mut session {
@@ -221,10 +220,9 @@ fn run_in<'scope, 'env, 'a: 'scope>(
     let real = page.devices.iter().any(|device| device.may_be_real);
     let desk = Mutex::new(Desk::new(setup.answers.clone(), real, setup.operator.as_deref()));
     let halted = AtomicBool::new(false);
-    let must_look = Mutex::default();
     let journal = Mutex::new(journal);
-    let session =
-        session.map(|session| -> Mutex<Box<dyn KeptSession + '_>> { Mutex::new(Box::new(session)) });
+    let boxed = |session| -> Mutex<Box<dyn KeptSession + '_>> { Mutex::new(Box::new(session)) };
+    let session = session.map(boxed);
     let shared = Shared {
         setup,
         page,
@@ -235,7 +233,7 @@ fn run_in<'scope, 'env, 'a: 'scope>(
         real,
         halted,
         why_halted: Mutex::default(),
-        must_look,
+        must_look: Mutex::default(),
     };
     if let Some(session) = &shared.session {
         shared.write(session.lock().unwrap_or_else(PoisonError::into_inner).take_news());

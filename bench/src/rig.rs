@@ -11,7 +11,6 @@ use procedures::case::Case;
 use crate::clock::Clock;
 use crate::model::axis::{RigAxis, VelocityFeedback};
 use crate::model::rig::{Gimbal, Rig};
-use crate::realtime::PhaseLock;
 use crate::rig::feedback::RateFeedback;
 use crate::rig::tracking::{Asked, Closed, Seen, Tracking};
 
@@ -24,6 +23,7 @@ pub mod identities;
 pub(crate) mod instruments;
 mod link;
 mod pace;
+mod phase;
 mod point_settings;
 pub(crate) mod tracking;
 pub mod wires;
@@ -33,6 +33,7 @@ use believed::Reckoning;
 use devices::{DIALOGUE_STEP, Devices, converse};
 use instruments::{Instruments, Tasks};
 use pace::Pace;
+use phase::Phase;
 pub use point_settings::PointSettings;
 use wires::{Ports, Wires};
 
@@ -230,26 +231,6 @@ pub struct ArmedRig {
     recent_bad: u128,
     /// Keeps the ticks in phase with the clock of the bus; `None` in virtual time.
     phase: Option<Phase>,
-}
-
-/// The loop's clock, and what keeps it in phase with that of the bus.
-struct Phase {
-    clock: Clock,
-    lock: PhaseLock,
-}
-
-impl Phase {
-    fn of(clock: &Clock, axes: &[RigAxis]) -> Option<Self> {
-        let period = Duration::from_secs_f64(axes.first()?.drive.cycle_s);
-        (!clock.is_virtual()).then(|| Self { clock: clock.clone(), lock: PhaseLock::new(period) })
-    }
-
-    /// Shifts the ticks to come by what an exchange passed too late by the clock of the bus.
-    fn follow(&mut self, late_ns: Option<i64>) {
-        if let Some(late_ns) = late_ns {
-            self.clock.nudge(self.lock.step(late_ns));
-        }
-    }
 }
 
 impl ArmedRig {

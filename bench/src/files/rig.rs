@@ -46,12 +46,7 @@ pub fn read_rig(source: SourceFile) -> Result<Rig, Vec<Diagnostic>> {
 fn read(t: &mut TableReader<'_>) -> Option<Rig> {
     let id = t.text("id");
     let title = t.text("title");
-    let tier = t.text("tier").map(|tier| match tier.as_str() {
-        "paced" => Tier::Paced,
-        "wired" => Tier::Wired,
-        "hardware" => Tier::Hardware,
-        _ => Tier::Virtual,
-    });
+    let tier = t.text("tier").map(|tier| read_tier(&tier));
     let loop_rate_hz = t.positive("loop-rate");
     let missed = t.integer("max-missed-periods", 1);
     let parameters = t.text("parameters");
@@ -104,6 +99,16 @@ fn read(t: &mut TableReader<'_>) -> Option<Rig> {
         instruments: instruments?,
         source: SourceFile { name: String::new(), text: String::new() },
     })
+}
+
+/// The tier of one of the words that its field allows.
+fn read_tier(word: &str) -> Tier {
+    match word {
+        "paced" => Tier::Paced,
+        "wired" => Tier::Wired,
+        "hardware" => Tier::Hardware,
+        _ => Tier::Virtual,
+    }
 }
 
 /// Gives outer and inner axis what measures them from outside, or the first two axes of a rig without gimbal.

@@ -147,8 +147,11 @@ mod tests {
         #[test]
         fn no_image_makes_it_panic(inputs in prop::collection::vec(any::<u8>(), 0..16), outputs in prop::collection::vec(any::<u8>(), 0..16), channel in 0_usize..4, volts: f64) {
             let mut image = ProcessImage { outputs, inputs };
-            let _ = terminal().read_v(&image, channel);
+            let read = terminal().read_v(&image, channel);
+            prop_assert!(read.is_err() || read.is_ok_and(f64::is_finite));
+            let before = image.inputs.clone();
             let _ = terminal().write_v(&mut image, channel, volts);
+            prop_assert_eq!(before, image.inputs, "an output changes no input");
         }
     }
 }
