@@ -351,6 +351,9 @@ impl<'scope, 'a: 'scope> HeldSession<'scope, '_, 'a> {
             Err(reason) => vec![format!("the state of the axes is unknown: {reason}")],
             Ok(closed) => {
                 self.note_end(&closed);
+                // A session that follows has a log of its own.
+                self.log_start_ns = closed.log_time_ns + GAP_NS;
+                self.count += 1;
                 let met = closed.contacts.iter().map(|contact| {
                     let speed = contact.speed_rad_per_s.to_degrees();
                     format!("{} hit its end stop at {:.3} s, at {speed:.2} deg/s", contact.axis, contact.at_s)

@@ -21,6 +21,8 @@ pub struct PhaseLock {
 const PROPORTIONAL: f64 = 1.0 / 32.0;
 /// Critical damping.
 const INTEGRAL: f64 = PROPORTIONAL * PROPORTIONAL / 4.0;
+/// Largest difference of two clocks that is believed, 200 ppm: quartz oscillators differ by less.
+const MOST_DRIFT: f64 = 2e-4;
 /// Largest shift in a tick, as a share of the period.
 const MOST: f64 = 1.0 / 256.0;
 
@@ -40,7 +42,8 @@ impl PhaseLock {
         let wanted_ns = -PROPORTIONAL * late_ns + self.drift_ns;
         let shift_ns = wanted_ns.clamp(-most_ns, most_ns);
         if shift_ns == wanted_ns {
-            self.drift_ns = (self.drift_ns - INTEGRAL * late_ns).clamp(-most_ns, most_ns);
+            let most_drift_ns = MOST_DRIFT * self.period_ns;
+            self.drift_ns = (self.drift_ns - INTEGRAL * late_ns).clamp(-most_drift_ns, most_drift_ns);
         }
         let exact_ns = shift_ns + self.rest_ns;
         self.rest_ns = exact_ns - exact_ns.round();

@@ -40,6 +40,12 @@ pub(crate) fn records(rig: &Rig, open: &OpenRig, bus: &BusGrounds) -> Vec<Device
         proven_real: false,
         grounds: "virtual wire: no interface with a physical device".to_owned(),
     });
+    let others = others.map(|device| {
+        let entry = rig.devices.iter().find(|entry| entry.name == device.name);
+        let is_wired = entry.is_some_and(|e| e.ports.values().any(|port| port.starts_with("ethercat:")));
+        let grounds = format!("{}; a terminal is not asked who it is, so nothing proves it real", bus.text);
+        if is_wired { DeviceRecord { grounds, ..device } } else { device }
+    });
     rig.axes
         .iter()
         .zip(open.identities())

@@ -3,7 +3,7 @@
 
 use std::fs;
 use std::io::{self, BufRead, BufReader, ErrorKind, Write};
-use std::os::unix::fs::PermissionsExt;
+use std::os::unix::fs::{FileTypeExt, PermissionsExt};
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, Receiver, Sender};
@@ -38,7 +38,11 @@ impl Control {
             let why = "another simulator listens there; stop it with `bench sim --tell '\"stop\"'`";
             return Err(io::Error::new(ErrorKind::AddrInUse, why));
         }
-        if path.exists() {
+        if let Ok(found) = fs::symlink_metadata(path) {
+            if !found.file_type().is_socket() {
+                let why = "it exists and is no socket; name another path";
+                return Err(io::Error::new(ErrorKind::AlreadyExists, why));
+            }
             fs::remove_file(path)?;
         }
         let listener = UnixListener::bind(path)?;
@@ -135,6 +139,16 @@ mod tests {
         assert_eq!(tell(&path, &Order::Status).expect("answered"), Answer::Done("seen".to_owned()));
         assert_eq!(serving.join().expect("served"), Order::Status);
         assert!(!path.exists(), "a simulator that ends takes its socket along");
+    }
+
+    #[test]
+    fn a_file_that_is_no_socket_is_left_alone() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("rig.toml");
+        fs::write(&path, "schema = 1").expect("written");
+        let error = Control::listen(&path).err().expect("refused");
+        assert_eq!(error.kind(), ErrorKind::AlreadyExists);
+        assert_eq!(fs::read_to_string(&path).expect("still there"), "schema = 1");
     }
 
     #[test]

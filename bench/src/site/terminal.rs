@@ -20,6 +20,8 @@ pub(super) type Images = Vec<(u16, Rc<RefCell<CardImage>>)>;
 /// Process data of a terminal, shared by its port and the bus.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct CardImage {
+    /// How many channels there are is known.
+    is_mapped: bool,
     inputs: Vec<u8>,
     outputs: Vec<u8>,
 }
@@ -54,7 +56,7 @@ impl AnalogPort for TerminalCard {
     fn write_v(&mut self, _now: Duration, channel: usize, volts: f64) -> Result<(), DeviceError> {
         let mut image = self.image.borrow_mut();
         let at = channel * BYTES;
-        let length = image.outputs.len();
+        let (length, is_mapped) = (image.outputs.len(), image.is_mapped);
         match image.outputs.get_mut(at..at + BYTES) {
             Some(bytes) => {
                 let counts = (volts * COUNTS_PER_V).round_ties_even();
@@ -63,7 +65,7 @@ impl AnalogPort for TerminalCard {
                 Ok(())
             }
             // Before the bus is mapped nobody knows how many channels there are, and all outputs stay at 0 V.
-            None if length == 0 => Ok(()),
+            None if !is_mapped => Ok(()),
             None => Err(self.no_channel("output", channel, length)),
         }
     }
@@ -74,7 +76,7 @@ impl AnalogPort for TerminalCard {
         let at = channel * BYTES;
         match image.inputs.get(at..at + BYTES) {
             Some(bytes) => Ok(f64::from(i16::from_le_bytes([bytes[0], bytes[1]])) / COUNTS_PER_V),
-            None if image.inputs.is_empty() => Ok(0.0),
+            None if !image.is_mapped => Ok(0.0),
             None => Err(self.no_channel("input", channel, image.inputs.len())),
         }
     }
@@ -134,6 +136,7 @@ impl<B: Fieldbus> Fieldbus for WithTerminals<B> {
                 DeviceError::Bus { device: self.bus.name().to_owned(), reason }
             })?;
             let mut card = terminal.image.borrow_mut();
+            card.is_mapped = true;
             card.inputs.resize(slot.inputs.len(), 0);
             card.outputs.resize(slot.outputs.len(), 0);
             terminal.slot = slot.clone();

@@ -166,9 +166,6 @@ impl Surroundings for AroundWires {
 
     /// A simulator is told by another thread, so that nothing waits for it; where there is none, prompts have asked people.
     fn bring(&mut self, case: &Case) {
-        if case.target.is_none() && case.pull.is_none() && case.fine_frame_rate_hz.is_none() {
-            return;
-        }
         let Some(path) = self.control.as_deref().and_then(|name| path_for(name).ok()) else { return };
         let order = Order::Bring(Box::new(case.clone()));
         let carry = move |path: PathBuf| {

@@ -228,8 +228,6 @@ impl Fieldbus for EtherCatBus {
         self.supervisor.lowest().into()
     }
 
-    /// Passes one frame for process data and states, and beside it at most one acyclic datagram. Waits for replies until
-    /// the settings' time-out; without a reply the working counter is 0 and the inputs stay as they were.
     fn lateness_ns(&self) -> Option<i64> {
         let next_in = self.clock?.next_cycle_in;
         let period = std::time::Duration::from_secs_f64(self.settings.cycle_s);
@@ -246,6 +244,8 @@ impl Fieldbus for EtherCatBus {
         }
     }
 
+    /// Passes one frame for process data and states, and beside it at most one acyclic datagram. Waits for replies until
+    /// the settings' time-out; without a reply the working counter is 0 and the inputs stay as they were.
     fn exchange(&mut self, now: Duration, image: &mut ProcessImage) -> Result<Exchange, DeviceError> {
         self.cycle(now, image)
     }

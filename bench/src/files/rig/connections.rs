@@ -12,13 +12,15 @@ pub(super) struct Connections {
     tier: Option<Tier>,
     /// Interface of the first drive.
     interface: Option<String>,
+    /// Stations of the drives.
+    drives: Vec<u16>,
     is_wrong: bool,
 }
 
 impl Connections {
     /// Nothing read yet.
     pub(super) fn new(tier: Option<Tier>) -> Self {
-        Self { tier, interface: None, is_wrong: false }
+        Self { tier, interface: None, drives: Vec::new(), is_wrong: false }
     }
 
     fn mistake(&mut self, t: &mut TableReader<'_>, key: &'static str, message: String, help: &str) {
@@ -86,6 +88,7 @@ impl Connections {
                 let message = format!("the drive is on `{interface}`, an earlier one on `{first}`");
                 t.mistake_at(span, message, Some(help.to_owned()));
             }
+            self.drives.push(station);
             found = Some(station);
         }
         if found.is_none() && !self.is_wrong {
@@ -109,7 +112,17 @@ impl Connections {
         }
         for entry in devices {
             for (key, text) in &entry.ports {
-                let fits = match Address::parse(text) {
+                let address = Address::parse(text);
+                if let Ok(Address::EtherCat { station, .. }) = &address
+                    && self.drives.contains(station)
+                {
+                    let message =
+                        format!("`{}`: its port `{key}` is at `{text}`, where a drive is", entry.name);
+                    let help = "name the station of the terminal: what is written to it would be commands of the drive";
+                    self.mistake(t, "device", message, help);
+                    continue;
+                }
+                let fits = match address {
                     Ok(Address::EtherCat { interface, .. }) => Some(&interface) == self.interface.as_ref(),
                     Ok(Address::Simulated { .. }) => !is_wired,
                     Err(_) => true,
@@ -181,6 +194,11 @@ mod tests {
     fn a_drive_on_a_wire_needs_an_address_and_no_station() {
         insta::assert_snapshot!(said(&[("ports = { bus = \"ethercat:ecm/1\" }", "station = 1")]));
         insta::assert_snapshot!(said(&[("ports = { bus", "station = 1\nports = { bus")]));
+    }
+
+    #[test]
+    fn an_analog_card_cannot_be_where_a_drive_is() {
+        insta::assert_snapshot!(said(&[("card = \"ethercat:ecm/3\"", "card = \"ethercat:ecm/1\"")]));
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Shutting a bus down in order: OP, SAFE-OP, PRE-OP, INIT.
+//! Leaving a bus in order: OP, SAFE-OP, and where nothing is held any more PRE-OP and INIT.
 
 use std::time::Duration;
 
@@ -12,20 +12,20 @@ const STEP_LIMIT: Duration = Duration::from_millis(500);
 const LOOK_EVERY: Duration = Duration::from_millis(1);
 
 impl EtherCatBus {
-    /// Brings all stations down to INIT, one state after the other. Takes at most 1.5 s, and 40 ms for each station that
+    /// Brings all stations down to INIT, one state after the other; for a rig on which no axis is held by its drive. Takes at most 1.5 s, and 40 ms for each station that
     /// does not answer.
     ///
     /// # Errors
     /// When a station does not follow; the others have been brought down as far as they go.
     pub fn close(mut self) -> Result<(), DeviceError> {
-        self.shut_down()
+        self.shut_down(&[AlState::SafeOp, AlState::PreOp, AlState::Init])
     }
 
-    fn shut_down(&mut self) -> Result<(), DeviceError> {
+    fn shut_down(&mut self, steps: &[AlState]) -> Result<(), DeviceError> {
         self.is_closed = true;
         let mut present: Vec<usize> = (0..self.stations.len()).collect();
         let mut outcome = Ok(());
-        for target in [AlState::SafeOp, AlState::PreOp, AlState::Init] {
+        for &target in steps {
             let deadline = self.pump.link.now() + STEP_LIMIT;
             // All are asked before any is waited for: a station must not miss its outputs meanwhile.
             for step in [Self::ask_down, Self::wait_down] {
@@ -75,10 +75,11 @@ impl EtherCatBus {
 }
 
 impl Drop for EtherCatBus {
+    /// Stations stay in SAFE-OP: a drive that holds its axis in quick stop goes on holding it there, and may let go below.
     fn drop(&mut self) {
         if !self.is_closed {
             // Nobody is left to tell; the stations' own watchdogs stop what still moves.
-            let _ = self.shut_down();
+            let _ = self.shut_down(&[AlState::SafeOp]);
         }
     }
 }
