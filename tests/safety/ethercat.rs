@@ -92,7 +92,7 @@ fn trips(ran: &Ran, interlock: &str, what: &str) {
     assert_eq!(ran.contacts, 0, "{what}");
 }
 
-/// Time from the fault to the trip, by the log.
+/// Which tick is the first that no longer moves the axis, by the log; the first bad exchange is 1.
 fn reaction_ticks(ran: &Ran) -> usize {
     let states = ran.column("/bench", "state");
     let moving = states.iter().copied().fold(0.0, f64::max).min(3.0);
@@ -100,7 +100,7 @@ fn reaction_ticks(ran: &Ran) -> usize {
     let full = counters.iter().copied().fold(0.0, f64::max);
     let first_bad = (0..states.len()).find(|&k| states[k] == moving && counters[k] < full);
     let stopped = (0..states.len()).rfind(|&k| states[k] == moving);
-    stopped.unwrap_or(0) + 1 - first_bad.unwrap_or(0)
+    stopped.unwrap_or(0) + 2 - first_bad.unwrap_or(0)
 }
 
 #[test]
@@ -166,7 +166,6 @@ fn a_station_that_leaves_op_trips_and_the_log_says_why() {
     let rows = [
         (LineFault::AlError { device: 0, code: 0x001A }, "001Ah"),
         (LineFault::Watchdog { device: 0 }, "001Bh"),
-        (LineFault::Sync0Lost { device: 0, is_lost: true }, "002Ch"),
     ];
     for (fault, code) in rows {
         let ran = after(fault);
@@ -177,6 +176,15 @@ fn a_station_that_leaves_op_trips_and_the_log_says_why() {
             "{fault:?}: {notices:?}"
         );
     }
+}
+
+/// Without SYNC0 a drive neither samples nor obeys: its inputs stand still, so nobody can say that its axis does.
+#[test]
+fn a_drive_without_sync0_trips_and_is_not_called_safe() {
+    let ran = after(LineFault::Sync0Lost { device: 0, is_lost: true });
+    assert!(ran.outcome.trip.is_some(), "{:?}", ran.outcome);
+    assert!(!ran.outcome.safe.standstill, "{:?}", ran.outcome.safe);
+    assert_eq!(ran.contacts, 0);
 }
 
 #[test]
