@@ -75,7 +75,7 @@ pub enum SimError {
 pub struct Report {
     /// Frames that were answered.
     pub frames: u64,
-    /// Frames that were not.
+    /// Frames that were not: lost by a fault, malformed, foreign.
     pub unanswered: u64,
     /// Answers that the interface did not take.
     pub unsent: u64,
@@ -120,10 +120,9 @@ pub fn serve(
     }
     let server = Server::new(link, far_ends, truth);
     let broken = |source| SimError::Interface { name: name.clone(), source };
-    let (served, truth) = server.serve(&control, stop).map_err(broken)?;
+    let (report, truth) = server.serve(&control, stop).map_err(broken)?;
     let lost_rows = truth.map_or(Ok(0), TruthLog::finish)?;
-    let server::Served { frames, unanswered, unsent, contacts } = served;
-    Ok(Report { frames, unanswered, unsent, lost_rows, contacts })
+    Ok(Report { lost_rows, ..report })
 }
 
 /// The control socket of whoever serves a rig.

@@ -9,11 +9,12 @@ use drivers::wire::{EthernetLink, MAX_FRAME_BYTES};
 use sim_devices::ethercat::LineFault;
 use sim_devices::rig::Fault;
 
+use super::Report;
 use super::control::{Asked, Control};
 use super::truth::{self, TruthLog};
 use crate::people::signals;
+use crate::site::FarEnds;
 use crate::site::order::{Answer, Order};
-use crate::site::{Contact, FarEnds};
 
 /// Longest wait for a frame: watchdogs must act and orders be taken without any.
 const LONGEST_WAIT: Duration = Duration::from_micros(500);
@@ -26,19 +27,6 @@ struct Late {
     frame: Vec<u8>,
 }
 
-/// What a simulator did, for its last words.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Served {
-    /// Frames that were answered.
-    pub(super) frames: u64,
-    /// Frames that were not: lost by a fault, malformed, foreign.
-    pub(super) unanswered: u64,
-    /// Answers that the interface did not take.
-    pub(super) unsent: u64,
-    /// Contacts with end stops.
-    pub(super) contacts: Vec<Contact>,
-}
-
 /// A simulator that is served over an interface.
 pub(super) struct Server<L: EthernetLink> {
     link: L,
@@ -46,14 +34,14 @@ pub(super) struct Server<L: EthernetLink> {
     late: VecDeque<Late>,
     truth: Option<TruthLog>,
     next_row: Duration,
-    served: Served,
+    report: Report,
 }
 
 impl<L: EthernetLink> Server<L> {
     /// A server of these far ends.
     pub(super) fn new(link: L, far_ends: FarEnds, truth: Option<TruthLog>) -> Self {
         let next_row = link.now();
-        Self { link, far_ends, late: VecDeque::new(), truth, next_row, served: Served::default() }
+        Self { link, far_ends, late: VecDeque::new(), truth, next_row, report: Report::default() }
     }
 
     /// Serves until an order or a signal ends it.
@@ -64,7 +52,7 @@ impl<L: EthernetLink> Server<L> {
         mut self,
         control: &Control,
         stop: &AtomicU16,
-    ) -> io::Result<(Served, Option<TruthLog>)> {
+    ) -> io::Result<(Report, Option<TruthLog>)> {
         let mut frame = [0; MAX_FRAME_BYTES];
         loop {
             let now = self.link.now();
@@ -88,9 +76,9 @@ impl<L: EthernetLink> Server<L> {
         }
     }
 
-    fn end(mut self) -> (Served, Option<TruthLog>) {
-        self.served.contacts = self.far_ends.world.surroundings().contacts();
-        (self.served, self.truth)
+    fn end(mut self) -> (Report, Option<TruthLog>) {
+        self.report.contacts = self.far_ends.world.surroundings().contacts();
+        (self.report, self.truth)
     }
 
     /// A frame arrives.
@@ -98,14 +86,14 @@ impl<L: EthernetLink> Server<L> {
         let now = self.link.now();
         let passage = self.far_ends.line.pass(now, frame);
         if passage.answers == 0 {
-            self.served.unanswered += 1;
+            self.report.unanswered += 1;
             return;
         }
-        self.served.frames += 1;
+        self.report.frames += 1;
         let answer = &frame[..passage.bytes];
         for _ in 0..passage.answers {
             if passage.after.is_zero() {
-                self.served.unsent += u64::from(self.link.send(answer).is_err());
+                self.report.unsent += u64::from(self.link.send(answer).is_err());
             } else if self.late.len() < MOST_ANSWERS {
                 let due = now + passage.after;
                 let place = self.late.partition_point(|earlier| earlier.due <= due);
@@ -117,7 +105,7 @@ impl<L: EthernetLink> Server<L> {
     fn send_late(&mut self, now: Duration) {
         while self.late.front().is_some_and(|late| late.due <= now) {
             let Some(late) = self.late.pop_front() else { return };
-            self.served.unsent += u64::from(self.link.send(&late.frame).is_err());
+            self.report.unsent += u64::from(self.link.send(&late.frame).is_err());
         }
     }
 
@@ -164,8 +152,8 @@ impl<L: EthernetLink> Server<L> {
         format!(
             "{:.3} s; {} frames answered, {} not; {}; {contacts} contacts with end stops",
             now.as_secs_f64(),
-            self.served.frames,
-            self.served.unanswered,
+            self.report.frames,
+            self.report.unanswered,
             places.join(", ")
         )
     }
