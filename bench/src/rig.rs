@@ -3,7 +3,9 @@
 use std::time::Duration;
 
 use controllers::DirectorGains;
-use drivers::cia402::{Actuals, Cia402, CyclicMode, DriveCommand, Identity, PowerTarget, Waiting};
+use drivers::cia402::{
+    Actuals, Cia402, CyclicMode, DriveCommand, Identity, PowerState, PowerTarget, Waiting,
+};
 use drivers::device::DeviceError;
 use drivers::wire::{BusState, Fieldbus, Notice, ProcessImage};
 use procedures::case::Case;
@@ -231,6 +233,16 @@ pub struct ArmedRig {
     recent_bad: u128,
     /// Keeps the ticks in phase with the clock of the bus; `None` in virtual time.
     phase: Option<Phase>,
+}
+
+impl Drop for ArmedRig {
+    /// A rig whose drives have all given up their torque needs nobody to hold it.
+    fn drop(&mut self) {
+        let states = self.actuals.iter().map(|actuals| PowerState::of(actuals.statusword));
+        if states.zip(&self.age_ticks).all(|(state, &age)| age == 0 && state.is_without_torque()) {
+            self.bus.let_go();
+        }
+    }
 }
 
 impl ArmedRig {

@@ -159,6 +159,10 @@ pub trait Fieldbus: SdoWire {
     /// The lowest state of all stations.
     fn state(&self) -> BusState;
 
+    /// No station holds anything: whoever drops the bus may take the stations out of operation altogether. Holds until the bus is
+    /// asked for another state.
+    fn let_go(&mut self) {}
+
     /// By how many nanoseconds the last exchange passed later than it should by the clock of the bus, or earlier by a negative
     /// number; `None` for a bus without a clock.
     fn lateness_ns(&self) -> Option<i64> {

@@ -115,6 +115,11 @@ impl AxisLimits {
         if self.log_rate_hz > 0.0 { self.log_rate_hz } else { self.loop_rate_hz }
     }
 
+    /// From one tick of the loop to the next; 0 where the rate is not known.
+    pub fn tick_s(&self) -> f64 {
+        if self.loop_rate_hz > 0.0 { 1.0 / self.loop_rate_hz } else { 0.0 }
+    }
+
     /// Whether a torque is so near to the axis' largest that more of it would not have come.
     pub fn is_saturated(&self, torque_nm: f64) -> bool {
         torque_nm.abs() >= SATURATED_SHARE * self.max_torque_nm

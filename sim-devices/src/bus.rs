@@ -18,11 +18,13 @@ mod befall;
 mod dc_link;
 mod frames;
 mod station;
+mod sync0;
 mod wired;
 
 pub(crate) use dc_link::DcLink;
 use frames::LostFrames;
 pub(crate) use station::Station;
+use sync0::Sync0;
 
 const NAME: &str = "simulated bus";
 /// What each station adds to the working counter of a read-write frame: 1 for reading, 2 for writing.
@@ -76,6 +78,8 @@ pub(crate) struct VirtualBus<P: Plant> {
     /// OP was asked for; stations reach it with the first outputs.
     op_requested: bool,
     lost_frames: LostFrames,
+    /// Pulses that the drives follow; without them a drive samples and acts when the frame passes.
+    sync0: Option<Sync0>,
     /// Faults to come.
     schedule: FaultSchedule,
 }
@@ -98,6 +102,7 @@ impl<P: Plant> VirtualBus<P> {
             mapped: false,
             op_requested: false,
             lost_frames: LostFrames::new(settings.dropped_cycles_ratio, address),
+            sync0: None,
             schedule: FaultSchedule::default(),
         }
     }
@@ -114,8 +119,16 @@ impl<P: Plant> VirtualBus<P> {
         self.plant.reach(self.now);
     }
 
-    /// Integrates the world up to the last step at or before `now`.
+    /// Integrates the world up to the last step at or before `now`, through all pulses on the way.
     fn integrate_to(&mut self, now: Duration) {
+        while let Some(pulse) = self.sync0.as_mut().and_then(|sync0| sync0.next_by(now)) {
+            self.step_to(pulse);
+            self.give_sync0();
+        }
+        self.step_to(now);
+    }
+
+    fn step_to(&mut self, now: Duration) {
         let until = (now.as_secs_f64() * self.step_rate_hz + 1e-6) as u64;
         for step in self.steps_count..until {
             self.plant.step(step, &mut self.stations);
@@ -137,6 +150,9 @@ impl<P: Plant> VirtualBus<P> {
             })?;
         }
         self.mapped = true;
+        if let Some(sync0) = &mut self.sync0 {
+            sync0.lay_out(&image);
+        }
         let slots = self.stations.as_ref().iter().map(|station| station.slot.clone());
         Ok((image, (1..).zip(slots).collect()))
     }
@@ -152,6 +168,10 @@ impl<P: Plant> VirtualBus<P> {
             if state != BusState::Op || station.drive.bus_state() < BusState::SafeOp {
                 station.drive.set_bus_state(reached);
             }
+        }
+        if reached == BusState::SafeOp {
+            // The first frame must find inputs, even before the first pulse.
+            self.give_sync0();
         }
     }
 
@@ -184,6 +204,10 @@ impl<P: Plant> VirtualBus<P> {
         let mut working_counter = 0;
         if self.lost_frames.takes_next(self.now) {
             return Ok(Exchange { working_counter, expected });
+        }
+        if let Some(stations_count) = self.pass_between_pulses(image) {
+            self.op_requested = false;
+            return Ok(Exchange { working_counter: stations_count * COUNT_PER_STATION, expected });
         }
         for (k, station) in self.stations.as_mut().iter_mut().enumerate() {
             if station.drive.bus_state() >= BusState::SafeOp {

@@ -45,6 +45,12 @@ impl SimulatedRig {
         Box::new(BusHandle::new(Rc::clone(&self.bus)))
     }
 
+    /// From now on the drives follow SYNC0 with this cycle, and frames are meant to pass `shift` after each pulse. Without it a
+    /// drive samples and acts when a frame passes.
+    pub fn follow_sync0(&self, cycle: Duration, shift: Duration) {
+        self.bus.borrow_mut().follow_sync0(cycle, shift);
+    }
+
     /// EtherCAT SubDevices in front of the drives, and an analog terminal behind them: station 1 azimuth, station 2 elevation,
     /// station 3 the terminal. Whoever takes frames from a wire hands them to this line. The clock of the second drive is
     /// 20 ppm fast, so that a MainDevice has something to correct.

@@ -284,6 +284,47 @@ fn closing_brings_the_stations_down_to_init() {
 }
 
 #[test]
+fn a_line_whose_drives_may_hold_axes_is_opened_only_by_somebody_who_may_let_go() {
+    let mut bench = Bench::new();
+    bench.enter_op();
+    let link = bench.link.clone();
+    drop(bench);
+    let error = EtherCatBus::open(Box::new(link.clone()), settings()).err().map(|error| error.to_string());
+    let error = error.expect("the drives were left in SAFE-OP, in which they may hold");
+    assert!(
+        error.starts_with(
+            "bus 0 (wire): state: expected all stations in INIT or PRE-OP, found position 1 in SAFE-OP; its drive"
+        ),
+        "{error}"
+    );
+    assert!(error.contains("`bench devices --let-go`"), "{error}");
+    let secured = EtherCatSettings { may_let_go: true, ..settings() };
+    let bus = EtherCatBus::open(Box::new(link), secured).expect("somebody has secured the axes");
+    assert_eq!(bus.state(), BusState::PreOp);
+}
+
+#[test]
+fn a_line_that_another_program_drives_is_not_opened() {
+    let mut bench = Bench::new();
+    bench.enter_op();
+    let link = bench.link.clone();
+    let error = EtherCatBus::open(Box::new(link), settings()).err().map(|error| error.to_string());
+    let error = error.expect("the drives are in OP");
+    assert!(error.contains("found position 1 in OP; another program drives this line"), "{error}");
+}
+
+#[test]
+fn a_bus_that_holds_nothing_any_more_is_left_in_init() {
+    let mut bench = Bench::new();
+    bench.enter_op();
+    let link = bench.link.clone();
+    bench.bus.let_go();
+    drop(bench);
+    let again = EtherCatBus::open(Box::new(link), settings()).expect("nothing was held");
+    assert_eq!(again.state(), BusState::PreOp);
+}
+
+#[test]
 fn closing_goes_on_behind_a_station_that_does_not_follow() {
     let mut bench = Bench::new();
     bench.enter_op();

@@ -1,15 +1,25 @@
 //! `bench devices`: who is there. Nothing moves.
 
+use std::io::IsTerminal;
+
 use super::options::On;
 use super::output;
 use crate::exit;
-use crate::site::{Purpose, site};
+use crate::model::rig::Tier;
+use crate::people::console;
+use crate::site::{Purpose, Site, WiredSite, site};
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
     #[command(flatten)]
     on: On,
+    /// Let drives go of the axes that they hold: only with the axes secured mechanically, and confirmed at the terminal
+    #[arg(long)]
+    let_go: bool,
 }
+
+/// What is typed to confirm that the axes are secured.
+const PHRASE: &str = "axes secured";
 
 pub(super) fn run(args: &Args) -> u8 {
     let (rig, unit) = match args.on.load() {
@@ -21,7 +31,17 @@ pub(super) fn run(args: &Args) -> u8 {
         Err(mistakes) => return output::mistakes(&mistakes),
     };
     let purpose = Purpose { procedure: "devices", ..Purpose::default() };
-    match site(&rig, &unit, &[]).open(&rig, &gains, &purpose) {
+    let site = match rig.tier {
+        Tier::Wired | Tier::Hardware if args.let_go => {
+            if let Err(reason) = confirm_secured() {
+                output::error(&reason);
+                return exit::REFUSED;
+            }
+            Box::new(WiredSite::default().with_axes_secured()) as Box<dyn Site>
+        }
+        _ => site(&rig, &unit, &[]),
+    };
+    match site.open(&rig, &gains, &purpose) {
         Ok(session) => {
             for device in crate::rig::identities::records(&rig, &session.rig, &session.grounds) {
                 let what = if device.may_be_real { "real" } else { "simulated" };
@@ -34,4 +54,26 @@ pub(super) fn run(args: &Args) -> u8 {
             exit::BENCH
         }
     }
+}
+
+/// Drives let go of axes only after somebody at the terminal has said that these are secured.
+///
+/// # Errors
+/// What to do instead.
+fn confirm_secured() -> Result<(), String> {
+    if !std::io::stdin().is_terminal() || !std::io::stderr().is_terminal() {
+        return Err(
+            "`--let-go` is confirmed by somebody who stands at the rig: run it in a terminal".to_owned()
+        );
+    }
+    console::note(&format!(
+        "Drives of this line may hold axes, and will let go of them now.\nSecure all axes mechanically and leave the \
+         area, then type `{PHRASE}`:"
+    ));
+    let mut line = String::new();
+    let read = std::io::stdin().read_line(&mut line);
+    if read.is_ok() && line.trim() == PHRASE {
+        return Ok(());
+    }
+    Err(format!("expected `{PHRASE}`, found `{}`: nothing was opened", reports::printable::text(line.trim())))
 }

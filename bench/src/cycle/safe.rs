@@ -162,7 +162,7 @@ impl Keeper {
 
     /// Whether the drive of an axis stops or holds it, instead of friction alone.
     fn brakes(&self, rig: &ArmedRig, axis: usize) -> bool {
-        !self.brakes[axis].off && !is_dead(PowerState::of(rig.actuals(axis).statusword))
+        !self.brakes[axis].off && !PowerState::of(rig.actuals(axis).statusword).is_without_torque()
     }
 }
 
@@ -173,7 +173,7 @@ fn left(rig: &ArmedRig, axis: usize) -> SafeAxis {
     SafeAxis {
         axis,
         state,
-        held: !is_dead(state),
+        held: !state.is_without_torque(),
         position_rad: rig.believed(axis).position_rad,
         swing: rig_axis.guard.stop.swing(rig.believed(axis).position_rad),
     }
@@ -241,18 +241,7 @@ pub(crate) fn may_release(axis: &RigAxis, actuals: &Actuals) -> bool {
         * (axis.limits.expected_static_friction_nm + stop.loads.at(actuals.position_rad).abs());
     axis.guard.safety.safe_state == SafeState::Release
         && stop.holds_without_torque(actuals.position_rad)
-        && (is_dead(PowerState::of(actuals.statusword)) || actuals.torque_nm.abs() < explained_nm)
-}
-
-/// Only a state that is known to be without torque counts as such: an unknown one may be moving.
-fn is_dead(state: PowerState) -> bool {
-    matches!(
-        state,
-        PowerState::SwitchOnDisabled
-            | PowerState::ReadyToSwitchOn
-            | PowerState::SwitchedOn
-            | PowerState::Fault
-    )
+        && (PowerState::of(actuals.statusword).is_without_torque() || actuals.torque_nm.abs() < explained_nm)
 }
 
 /// One axis in one tick; whether it stands still in its final state, as a fresh sample shows.
@@ -264,7 +253,7 @@ pub(crate) fn settle(rig: &mut ArmedRig, axis: usize, now: Duration, off: bool) 
     let actuals = *rig.actuals(axis);
     let slow = rig.believed(axis).stands();
     let state = PowerState::of(actuals.statusword);
-    let dead = is_dead(state);
+    let dead = state.is_without_torque();
     let release = off || may_release(&rig.axes()[axis], &actuals);
     // Without power there is nothing left to command; with power, first the quick stop.
     let target =

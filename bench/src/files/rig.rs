@@ -88,6 +88,7 @@ fn read(t: &mut TableReader<'_>) -> Option<Rig> {
         id: id?,
         title: title?,
         tier: tier?,
+        follows_sync0: wires.as_ref()?.is_some(),
         interface: wires?,
         loop_rate_hz: loop_rate_hz?,
         max_missed_periods: u32::try_from(missed?).ok()?,

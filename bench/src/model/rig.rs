@@ -71,6 +71,8 @@ pub struct Rig {
     pub tier: Tier,
     /// Network interface of the EtherCAT wire of the drives; `None` for drives in this process.
     pub interface: Option<String>,
+    /// Whether the drives follow SYNC0 of an EtherCAT wire, the frames passing half a cycle after each pulse.
+    pub follows_sync0: bool,
     /// Loop rate.
     pub loop_rate_hz: f64,
     /// Longest run of missed periods that is tolerated.

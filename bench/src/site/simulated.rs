@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use drivers::device::DeviceError;
+use drivers::wire::ethercat::EtherCatSettings;
 use procedures::case::Case;
 use sim_devices::ethercat::EtherCatLine;
 use sim_devices::rig::{AxesTruth, AxisTruth, Fault, SeedAddress, SimulatedRig, SimulatedTable, StartState};
@@ -21,6 +22,23 @@ use crate::site::unit::{Unit, World};
 pub(crate) struct Units<'a> {
     pub(crate) unit: &'a Unit,
     pub(crate) built: &'a [Option<Unit>],
+}
+
+/// Pulses that the drives of a rig follow on their real wire, rehearsed in process: without them a rehearsal would have a loop
+/// of one tick less delay.
+struct Sync0 {
+    cycle: Duration,
+    /// From a pulse to the frame.
+    shift: Duration,
+}
+
+impl Sync0 {
+    fn of(rig: &Rig) -> Option<Self> {
+        let cycle_s = 1.0 / rig.loop_rate_hz;
+        let clocks = EtherCatSettings::usual("", cycle_s).distributed_clocks.filter(|_| rig.follows_sync0)?;
+        let [cycle, shift] = [clocks.sync0_period_s, clocks.sync0_shift_s].map(Duration::from_secs_f64);
+        Some(Self { cycle, shift })
+    }
 }
 
 /// A world behind a rig.
@@ -59,6 +77,9 @@ impl Units<'_> {
         };
         brought.planned_s = purpose.planned_s;
         let simulated = SimulatedRig::at_rate(&brought, &address, start, rig.loop_rate_hz);
+        if let Some(sync0) = Sync0::of(rig) {
+            simulated.follow_sync0(sync0.cycle, sync0.shift);
+        }
         let wires = with_terminals(wires(&simulated), rig, &simulated);
         let settings = settings.as_ref().clone();
         let rig = rig.clone();
@@ -177,6 +198,9 @@ fn table(
     check_names(settings, rig)?;
     let settings = TableSettings { planned_s: purpose.planned_s, ..settings.clone() };
     let simulated = SimulatedTable::new(&settings, address, &purpose.pose_rad);
+    if let Some(sync0) = Sync0::of(rig) {
+        simulated.follow_sync0(sync0.cycle, sync0.shift);
+    }
     let wires = Wires::table(&simulated);
     Ok(Simulated { wires, surroundings: Box::new(AroundTable { simulated }) })
 }

@@ -152,6 +152,10 @@ impl<B: Fieldbus> Fieldbus for WithTerminals<B> {
         self.bus.state()
     }
 
+    fn let_go(&mut self) {
+        self.bus.let_go();
+    }
+
     fn lateness_ns(&self) -> Option<i64> {
         self.bus.lateness_ns()
     }

@@ -39,12 +39,20 @@ pub struct OnWire<'a> {
 #[derive(Clone, Copy, Default)]
 pub struct WiredSite<'a> {
     on_wire: OnWire<'a>,
+    /// Somebody has secured the axes: drives may let go of them when the bus is opened.
+    are_axes_secured: bool,
 }
 
 impl<'a> WiredSite<'a> {
     /// A site with something on its interface.
     pub fn new(on_wire: OnWire<'a>) -> Self {
-        Self { on_wire }
+        Self { on_wire, are_axes_secured: false }
+    }
+
+    /// The site after somebody has secured the axes: drives that hold them may let go when the bus is opened.
+    #[must_use]
+    pub fn with_axes_secured(self) -> Self {
+        Self { are_axes_secured: true, ..self }
     }
 
     /// An interface with all that is on it. The tap stands at the bus: it tells what the bus sends and gets, not what the
@@ -81,7 +89,7 @@ impl Site for WiredSite<'_> {
         })?;
         let interface = checked(name)?;
         let clock = Clock::real();
-        let bus = EtherCatBus::open(self.link(name, &clock)?, settings(rig, name))?;
+        let bus = EtherCatBus::open(self.link(name, &clock)?, self.settings(rig, &interface))?;
         let (ports, images) = terminals(rig);
         let bus: Box<dyn Fieldbus> = Box::new(WithTerminals::new(bus, images));
         let bus_name = bus.name().to_owned();
@@ -96,6 +104,17 @@ impl Site for WiredSite<'_> {
 }
 
 impl WiredSite<'_> {
+    /// What the bus is told: the shortest watchdog that a rig's axis asks for holds for all its stations.
+    fn settings(&self, rig: &Rig, interface: &Interface) -> EtherCatSettings {
+        let watchdog_s =
+            rig.axes.iter().map(|axis| axis.guard.safety.watchdog_s).fold(f64::INFINITY, f64::min);
+        let usual =
+            EtherCatSettings::usual(&format!("EtherCAT on {}", interface.name), 1.0 / rig.loop_rate_hz);
+        // Behind a virtual interface no drive holds an axis that could fall.
+        let may_let_go = self.are_axes_secured || !interface.is_physical;
+        EtherCatSettings { watchdog_s, may_let_go, ..usual }
+    }
+
     /// What the interface says about whether there is hardware behind it.
     fn grounds(&self, interface: &Interface) -> BusGrounds {
         let name = &interface.name;
@@ -118,13 +137,6 @@ fn checked(name: &str) -> Result<Interface, DeviceError> {
     clock::rest(SILENCE);
     interface::check_silent(name, before, kernel.received(name))?;
     Ok(interface)
-}
-
-/// What the bus is told: the shortest watchdog that a rig's axis asks for holds for all its stations.
-fn settings(rig: &Rig, interface: &str) -> EtherCatSettings {
-    let watchdog_s = rig.axes.iter().map(|axis| axis.guard.safety.watchdog_s).fold(f64::INFINITY, f64::min);
-    let usual = EtherCatSettings::usual(&format!("EtherCAT on {interface}"), 1.0 / rig.loop_rate_hz);
-    EtherCatSettings { watchdog_s, ..usual }
 }
 
 /// Ports of the terminals that the devices of a rig name, and what bus and ports share.

@@ -47,6 +47,11 @@ mod word {
 }
 
 impl PowerState {
+    /// Whether the power stage gives no torque. A state that is not known may be moving.
+    pub const fn is_without_torque(self) -> bool {
+        matches!(self, Self::SwitchOnDisabled | Self::ReadyToSwitchOn | Self::SwitchedOn | Self::Fault)
+    }
+
     /// Decodes a statusword by the masks of CiA 402. ("Switch on disabled" is 40h; 20h in an old header is wrong.)
     pub fn of(statusword: u16) -> Self {
         match (statusword & 0x4F, statusword & 0x6F) {

@@ -103,6 +103,8 @@ pub struct EtherCatBus {
     last_exchange: Option<Duration>,
     answer: Box<[u8; MAX_FRAME_BYTES]>,
     is_closed: bool,
+    /// No station holds anything: they may be taken down to INIT when the bus is left.
+    is_free: bool,
 }
 
 impl EtherCatBus {
@@ -218,6 +220,7 @@ impl Fieldbus for EtherCatBus {
     /// there is no way up.
     fn request(&mut self, state: BusState) {
         let target = if self.mapped.is_some() { AlState::from(state) } else { AlState::PreOp };
+        self.is_free = false;
         self.supervisor.request(target);
         if target < AlState::Op && !self.is_cyclic(self.pump.link.now()) {
             self.drive(CHANGE_LIMIT, |bus| !bus.supervisor.is_changing());
@@ -226,6 +229,10 @@ impl Fieldbus for EtherCatBus {
 
     fn state(&self) -> BusState {
         self.supervisor.lowest().into()
+    }
+
+    fn let_go(&mut self) {
+        self.is_free = true;
     }
 
     fn lateness_ns(&self) -> Option<i64> {

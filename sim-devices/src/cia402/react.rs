@@ -134,6 +134,10 @@ impl Drive {
         if left && self.state.has_torque() {
             self.lose_connection();
         }
+        if state < BusState::SafeOp && self.state.has_torque() {
+            // Nothing supervises a drive below SAFE-OP: its power stage is off there.
+            self.enter(State::SwitchOnDisabled);
+        }
         self.schedule();
     }
 

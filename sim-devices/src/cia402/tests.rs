@@ -111,6 +111,21 @@ fn a_mapping_is_refused_where_it_is_wrong() {
 }
 
 #[test]
+fn a_drive_that_holds_in_safe_op_lets_go_below_it() {
+    let mut drive = drive();
+    drive.map().expect("default mapping");
+    drive.set_bus_state(BusState::Op);
+    drive.download(0x6007, 0, &[3, 0]).expect("quick stop when the connection is lost");
+    drive.download(0x605A, 0, &[6, 0]).expect("and stay there");
+    drive.enter(State::OperationEnabled);
+    drive.set_bus_state(BusState::SafeOp);
+    assert_eq!(drive.state(), State::QuickStopActive, "it holds by itself");
+    drive.set_bus_state(BusState::PreOp);
+    assert_eq!(drive.state(), State::SwitchOnDisabled);
+    assert_eq!(drive.current_a(1, 0.25), 0.0);
+}
+
+#[test]
 fn a_mode_that_the_drive_lacks_is_not_taken_from_the_process_data() {
     let mut drive = drive();
     drive.map().expect("default mapping");

@@ -9,7 +9,7 @@ mod sync_manager;
 use std::ops::Range;
 use std::time::Duration;
 
-pub(crate) use clock::{Clock, ClockError};
+pub(crate) use clock::{Clock, ClockError, Sync0Pulse};
 use fmmu::{Fmmu, Window};
 use registers::{Access, SYNC_MANAGERS};
 use sii_port::{ALIAS_WORD, Effect, SiiPort};
@@ -176,7 +176,7 @@ impl Esc {
     }
 
     /// The last instant at or before `now` at which SYNC0 was given.
-    pub(crate) fn last_sync0(&self, now: Duration) -> Option<Duration> {
+    pub(crate) fn last_sync0(&self, now: Duration) -> Option<Sync0Pulse> {
         self.clock.last_sync0(&self.memory, now)
     }
 

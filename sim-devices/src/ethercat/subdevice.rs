@@ -5,7 +5,7 @@ use std::time::Duration;
 use drivers::wire::BusState;
 
 use super::application::{Application, Emergency, ProcessDataBytes};
-use super::esc::{ClockError, Esc, Mode, registers};
+use super::esc::{ClockError, Esc, Mode, Sync0Pulse, registers};
 use super::mailbox::Mailbox;
 use super::sii::{Description, MailboxPlace};
 use super::states::{ERROR, State, code};
@@ -42,7 +42,7 @@ pub(crate) struct SubDevice {
     state: State,
     asked: Option<Asked>,
     /// The last SYNC0 pulse that was worked on.
-    last_pulse: Option<Duration>,
+    last_pulse: Option<Sync0Pulse>,
     /// Outputs that wait for SYNC0.
     outputs_wait: bool,
     /// OP was entered with SYNC0, and ends without it.
@@ -95,15 +95,15 @@ impl SubDevice {
     /// while the world is no further than the last time that it was called.
     pub(crate) fn give_pulse(&mut self, application: &mut dyn Application, now: Duration) {
         let Some(pulse) = self.esc.last_sync0(now) else { return };
-        if self.last_pulse.is_some_and(|last| pulse <= last) {
+        if self.last_pulse.is_some_and(|last| pulse.number <= last.number) {
             return;
         }
-        let first = self.last_pulse.map_or(pulse, |last| self.first_after(last, pulse));
+        let first = self.last_pulse.map_or(pulse.at, |last| self.first_after(last.at, pulse.at));
         self.last_pulse = Some(pulse);
         if std::mem::take(&mut self.outputs_wait) {
             self.deliver(application, first);
         }
-        self.sample(application, pulse);
+        self.sample(application, pulse.at);
     }
 
     /// The first pulse after one and up to another one; the clock may have been moved between them.
@@ -186,7 +186,7 @@ impl SubDevice {
     fn misses_pulses(&self, now: Duration) -> bool {
         const MISSED: u32 = 3;
         let cycle = Duration::from_nanos(u64::from(self.cycle_ns()));
-        self.last_pulse.is_none_or(|last| now.saturating_sub(last) > cycle.saturating_mul(MISSED))
+        self.last_pulse.is_none_or(|last| now.saturating_sub(last.at) > cycle.saturating_mul(MISSED))
     }
 
     fn cycle_ns(&self) -> u32 {

@@ -37,6 +37,11 @@ impl SimulatedTable {
         Box::new(BusHandle::new(Rc::clone(&self.bus)))
     }
 
+    /// From now on the drives follow SYNC0 with this cycle, and frames are meant to pass `shift` after each pulse.
+    pub fn follow_sync0(&self, cycle: Duration, shift: Duration) {
+        self.bus.borrow_mut().follow_sync0(cycle, shift);
+    }
+
     /// EtherCAT SubDevices in front of the drives: station 1 is the first axis. Their clocks are perfect.
     pub fn ethercat_line(&self) -> Box<dyn EtherCatLine> {
         Box::new(Line::new(Rc::clone(&self.bus), &LineSettings::default()))

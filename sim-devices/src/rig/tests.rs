@@ -146,6 +146,49 @@ fn the_production_driver_resets_a_fault_that_a_silent_bus_left_behind() {
     bench.reach(PowerTarget::Enabled, PowerState::OperationEnabled, 0.2);
 }
 
+/// Ticks from a command of torque until the drives report half of it.
+fn ticks_to_torque(rig: &SimulatedRig) -> [u32; 2] {
+    let mut bench = Bench::new(rig);
+    bench.bus.request(BusState::Op);
+    bench.reach(PowerTarget::Enabled, PowerState::OperationEnabled, 0.2);
+    bench.torque_nm = [600.0, 300.0];
+    let mut ticks = [0; 2];
+    for tick in 0..40 {
+        bench.tick(PowerTarget::Enabled);
+        for (axis, wanted_nm) in [300.0, 150.0].into_iter().enumerate() {
+            if ticks[axis] == 0 && bench.actuals[axis].torque_nm > wanted_nm {
+                ticks[axis] = tick;
+            }
+        }
+    }
+    assert!(ticks.iter().all(|&tick| tick > 0), "the drives follow: {ticks:?}");
+    ticks
+}
+
+#[test]
+fn drives_that_follow_sync0_act_one_cycle_later_wherever_the_frames_pass() {
+    let with_the_frame = ticks_to_torque(&rig());
+    for shift_us in [50, 125, 200] {
+        let synchronised = rig();
+        synchronised.follow_sync0(TICK, Duration::from_micros(shift_us));
+        let found = ticks_to_torque(&synchronised);
+        assert_eq!(found, with_the_frame.map(|ticks| ticks + 1), "frames {shift_us} us after the pulse");
+    }
+}
+
+#[test]
+fn drives_that_follow_sync0_leave_op_on_a_silent_bus() {
+    let synchronised = rig();
+    synchronised.follow_sync0(TICK, TICK / 2);
+    let mut bench = Bench::new(&synchronised);
+    bench.bus.request(BusState::Op);
+    bench.reach(PowerTarget::Enabled, PowerState::OperationEnabled, 0.2);
+    bench.now += Duration::from_millis(500);
+    bench.bus.exchange(bench.now, &mut bench.image).expect("mapped");
+    assert_eq!(bench.bus.state(), BusState::SafeOp);
+    assert_eq!(synchronised.record(), WorldRecord::default());
+}
+
 #[test]
 fn what_the_unit_is_and_what_the_driver_expects_are_compared() {
     let mut unit = UnitSettings::default();

@@ -12,8 +12,8 @@ const STEP_LIMIT: Duration = Duration::from_millis(500);
 const LOOK_EVERY: Duration = Duration::from_millis(1);
 
 impl EtherCatBus {
-    /// Brings all stations down to INIT, one state after the other; for a rig on which no axis is held by its drive. Takes at most 1.5 s, and 40 ms for each station that
-    /// does not answer.
+    /// Brings all stations down to INIT, one state after the other; for a rig on which no axis is held by its drive. Takes at
+    /// most 1.5 s, and 40 ms for each station that does not answer.
     ///
     /// # Errors
     /// When a station does not follow; the others have been brought down as far as they go.
@@ -75,11 +75,14 @@ impl EtherCatBus {
 }
 
 impl Drop for EtherCatBus {
-    /// Stations stay in SAFE-OP: a drive that holds its axis in quick stop goes on holding it there, and may let go below.
+    /// Stations stay in SAFE-OP, unless nothing is held any more: a drive that holds its axis in quick stop goes on holding it
+    /// there, and lets go below.
     fn drop(&mut self) {
-        if !self.is_closed {
-            // Nobody is left to tell; the stations' own watchdogs stop what still moves.
-            let _ = self.shut_down(&[AlState::SafeOp]);
+        if self.is_closed {
+            return;
         }
+        let steps = [AlState::SafeOp, AlState::PreOp, AlState::Init];
+        // Nobody is left to tell; the stations' own watchdogs stop what still moves.
+        let _ = self.shut_down(if self.is_free { &steps } else { &steps[..1] });
     }
 }

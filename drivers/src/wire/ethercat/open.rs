@@ -73,8 +73,10 @@ impl EtherCatBus {
             last_exchange: None,
             answer: Box::new([0; MAX_FRAME_BYTES]),
             is_closed: false,
+            is_free: false,
         };
-        bus.find_stations()?;
+        let may_let_go = bus.settings.may_let_go;
+        bus.find_stations(may_let_go)?;
         Ok(bus)
     }
 
@@ -85,7 +87,7 @@ impl EtherCatBus {
     /// As [`EtherCatBus::open`]; when other stations are there than before.
     pub fn recover(&mut self) -> Result<(), DeviceError> {
         let before = std::mem::take(&mut self.stations);
-        let found = self.find_stations();
+        let found = self.find_stations(true);
         if found.is_ok() && before == self.stations {
             return Ok(());
         }
@@ -105,10 +107,13 @@ impl EtherCatBus {
         })
     }
 
-    fn find_stations(&mut self) -> Result<(), DeviceError> {
+    fn find_stations(&mut self, may_let_go: bool) -> Result<(), DeviceError> {
         (self.group, self.mapped, self.clock, self.last_exchange) = (Group::Gone, None, None, None);
         self.supervisor.set_all(AlState::Init);
         let count = self.count_stations()?;
+        if !may_let_go {
+            self.check_nothing_is_held(count)?;
+        }
         let starting = self.main.init_single_group::<MOST_STATIONS, MOST_BYTES>(clock::now_ns);
         let group = match run(&mut self.pump, START_LIMIT, starting) {
             Ok(group) => Box::new(group),
@@ -155,6 +160,33 @@ impl EtherCatBus {
             return Err(self.wrong_count(format!("{count} SubDevices"), help));
         }
         Ok(count)
+    }
+
+    /// Refuses stations that may hold an axis: in INIT, through which the start takes them, they would let go.
+    fn check_nothing_is_held(&mut self, count: u16) -> Result<(), DeviceError> {
+        for position in 0..count {
+            let read = Command::aprd(position, super::al::STATUS).receive::<[u8; 2]>(&self.main);
+            let [status, _] = run(&mut self.pump, COUNT_LIMIT, read).map_err(|why| {
+                self.failed(&format!("the state of position {} cannot be read", position + 1), why)
+            })?;
+            let state = AlState::of(status);
+            if state >= AlState::SafeOp {
+                return Err(DeviceError::Field {
+                    device: self.name.clone(),
+                    field: "state",
+                    expected: "all stations in INIT or PRE-OP".to_owned(),
+                    found: format!("position {} in {}", position + 1, state.name()),
+                    help: if state == AlState::Op {
+                        "another program drives this line, or the watchdog of the station is off: end the program, or switch \
+                         the station off with its axis secured"
+                    } else {
+                        "its drive may hold an axis, and opening the bus would let go of it: secure the axes mechanically, then \
+                         let go with `bench devices --let-go`"
+                    },
+                });
+            }
+        }
+        Ok(())
     }
 
     fn wrong_count(&self, found: String, help: &'static str) -> DeviceError {

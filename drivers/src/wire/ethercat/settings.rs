@@ -24,6 +24,9 @@ pub struct EtherCatSettings {
     pub distributed_clocks: Option<DistributedClocks>,
     /// The stations that must be there, in position order; empty takes every line as it is.
     pub stations: Vec<ExpectedStation>,
+    /// Whether the bus may be opened while a station is in SAFE-OP or OP. Opening takes all stations through INIT, where a drive
+    /// that holds its axis lets go of it.
+    pub may_let_go: bool,
 }
 
 /// Distributed clocks of a bus.
@@ -58,7 +61,7 @@ pub struct ExpectedStation {
 
 impl EtherCatSettings {
     /// The usual settings for a cycle time: replies within half a cycle, a watchdog of 20 ms, SYNC0 once a cycle and frames
-    /// half-way between, any stations.
+    /// half-way between, any stations, none of which may hold an axis.
     pub fn usual(name: &str, cycle_s: f64) -> Self {
         Self {
             name: name.to_owned(),
@@ -73,6 +76,7 @@ impl EtherCatSettings {
                 static_sync_iterations: 1000,
             }),
             stations: Vec::new(),
+            may_let_go: false,
         }
     }
 

@@ -33,8 +33,9 @@ the rig declares one, engages when the torque is switched off.
 # How it computes
 The bench writes each stop into the log: where and how fast it began, in which manner, what was computed from the rig
 file (reaction until the drive's watchdog, jerk-limited ramp, settling; without torque least friction and largest
-loads), how far it went, when standstill was reached (0.05 deg/s). Angle from the encoder; its resolution is the
-uncertainty of the angle, a tick of the loop that of the time. Without torque no time is computed.
+loads), how far it went, when standstill was reached (0.05 deg/s). Angle from the encoder. The uncertainty of the angle is
+the encoder's resolution and the angle turned in a tick (rectangular), because a stop begins at a tick; that of the time is
+a tick. Without torque no time is computed.
 
 # Fails when
 The point did not complete; no stop of the axis is in the log, or one in another manner than ordered; it did not end at

@@ -42,6 +42,16 @@ pub(crate) struct Clock {
     sync0_is_lost: bool,
 }
 
+/// A pulse of SYNC0. Its instant is reckoned back by a clock that is not the world's and may be corrected meanwhile, so that only
+/// the number says whether two pulses are the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Sync0Pulse {
+    /// Cycles since the start time.
+    pub(crate) number: u64,
+    /// Instant of the world.
+    pub(crate) at: Duration,
+}
+
 /// A train of pulses in system time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Pulses {
@@ -141,12 +151,13 @@ impl Clock {
         system.saturating_add_signed(i64::from(ahead))
     }
 
-    /// The last instant of the world at or before `now` at which SYNC0 was given.
-    pub(crate) fn last_sync0(&self, memory: &[u8], now: Duration) -> Option<Duration> {
+    /// The last pulse of SYNC0 at or before `now`.
+    pub(crate) fn last_sync0(&self, memory: &[u8], now: Duration) -> Option<Sync0Pulse> {
         let pulses = self.sync0.filter(|_| !self.sync0_is_lost)?;
         let since_start = self.system_ns(memory, now).checked_sub(pulses.start_ns)?;
-        let since_pulse = since_start % u64::from(pulses.cycle_ns);
-        Some(now.saturating_sub(Duration::from_nanos(since_pulse)))
+        let cycle_ns = u64::from(pulses.cycle_ns);
+        let since_pulse = Duration::from_nanos(since_start % cycle_ns);
+        Some(Sync0Pulse { number: since_start / cycle_ns, at: now.saturating_sub(since_pulse) })
     }
 
     /// From one pulse to the next, as the MainDevice set it.
@@ -234,8 +245,9 @@ mod tests {
         memory[usize::from(SYNC_ACTIVATION)] = 3;
         clock.written(&mut memory, SYNC_ACTIVATION, 1, MS);
         assert_eq!(clock.last_sync0(&memory, MS * 9), None);
-        assert_eq!(clock.last_sync0(&memory, MS * 10), Some(MS * 10));
-        assert_eq!(clock.last_sync0(&memory, Duration::from_micros(12_700)), Some(MS * 12));
+        let pulse = |number: u64| Some(Sync0Pulse { number, at: MS * (10 + number as u32) });
+        assert_eq!(clock.last_sync0(&memory, MS * 10), pulse(0));
+        assert_eq!(clock.last_sync0(&memory, Duration::from_micros(12_700)), pulse(2));
         clock.lose_sync0(true);
         assert_eq!(clock.last_sync0(&memory, MS * 20), None);
     }

@@ -5,7 +5,7 @@ use std::time::Duration;
 use super::super::esc::ClockError;
 use super::super::subdevice::SubDevice;
 use super::bench::*;
-use super::toy::{Toy, ToyLine, description, toy};
+use super::toy::{Toy, ToyLine, description};
 
 const MS: Duration = Duration::from_millis(1);
 
@@ -112,7 +112,13 @@ fn a_part_of_a_time_is_not_compared() {
 
 /// A toy in SAFE-OP that is given SYNC0 every millisecond from this instant on.
 fn synchronised(start_ns: u64) -> Bench<ToyLine> {
-    let mut bench = toy();
+    synchronised_by(start_ns, ClockError::default())
+}
+
+fn synchronised_by(start_ns: u64, error: ClockError) -> Bench<ToyLine> {
+    let devices = vec![SubDevice::new(&description(true), error)];
+    let mut bench = Bench::new(ToyLine { devices, toys: vec![Toy::new()] });
+    bench.number();
     bench.reach_pre_op(FIRST);
     bench.sync_manager(FIRST, 2, 0x1100, 4, 0x64);
     bench.sync_manager(FIRST, 3, 0x1400, 4, 0x20);
@@ -135,6 +141,28 @@ fn inputs_are_those_of_the_last_pulse_and_outputs_act_at_the_next_one() {
     bench.wait(MS * 21 + Duration::from_micros(100) - bench.now);
     assert_eq!(bench.line.toys[0].taken, [(MS * 21, vec![1, 2, 3, 4])]);
     assert_eq!(bench.read(FIRST, 0x1400, 4), 21_000_u32.to_le_bytes());
+}
+
+#[test]
+fn a_clock_that_is_fast_or_slow_gives_each_pulse_once() {
+    for rate_ppm in [-50.0, 20.0, 50.0] {
+        let mut bench = synchronised_by(10_000_000, ClockError { rate_ppm, phase_ns: 0 });
+        bench.ask(FIRST, 8);
+        bench.wait(MS * 20 + Duration::from_micros(100) - bench.now);
+        let before = bench.line.toys[0].sampled.len();
+        for k in 0..100_u8 {
+            bench.write(FIRST, 0x1100, &[k, 0, 0, 0]);
+            bench.wait(Duration::from_micros(450));
+            bench.wait(Duration::from_micros(450));
+        }
+        let toy = &bench.line.toys[0];
+        let sampled = &toy.sampled[before..];
+        assert!(sampled.len() >= 89, "{rate_ppm} ppm: {}", sampled.len());
+        let closest = sampled.windows(2).map(|pair| pair[1] - pair[0]).min().expect("several");
+        assert!(closest > Duration::from_micros(990), "{rate_ppm} ppm: {closest:?} between two pulses");
+        let taken = toy.taken.windows(2).map(|pair| pair[1].0 - pair[0].0).min().expect("several");
+        assert!(taken > Duration::from_micros(990), "{rate_ppm} ppm: outputs taken {taken:?} apart");
+    }
 }
 
 #[test]
@@ -181,7 +209,7 @@ fn a_start_far_ahead_in_the_first_seconds_is_no_start_that_has_passed() {
 
 #[test]
 fn a_start_of_32_bits_is_the_next_time_that_has_this_low_word() {
-    let mut bench = toy();
+    let mut bench = super::toy::toy();
     bench.reach_pre_op(FIRST);
     bench.sync_manager(FIRST, 2, 0x1100, 4, 0x64);
     bench.sync_manager(FIRST, 3, 0x1400, 4, 0x20);

@@ -14,7 +14,7 @@ use crate::quantity::QuantityKind as Q;
 use crate::reason::{Reason, SafetyReason};
 use crate::trace::{MAX_POINTS, Series, Style};
 
-const ESTIMATOR: &str = "range/1";
+const ESTIMATOR: &str = "range/2";
 /// A drive that stops farther than this from its limit was stopped by something else.
 const NEAR_RAD: f64 = 1.0 * std::f64::consts::PI / 180.0;
 const CHANNEL: &str = "position_rad";
@@ -55,6 +55,7 @@ struct Record<'a> {
     rows: &'a Rows,
     position_rad: &'a [f64],
     quantum_rad: f64,
+    tick_s: f64,
     /// Index of the axis in a zone.
     own: usize,
 }
@@ -65,7 +66,8 @@ impl<'a> Record<'a> {
         let rows = window.topic_with_rows(&format!("/{}", case.axis))?;
         let position_rad = rows.finite_channel(CHANNEL)?;
         let own = axes.gimbal_index(&case.axis).unwrap_or(0);
-        Ok(Self { case, window, rows, position_rad, quantum_rad: limits.encoder_quantum_rad, own })
+        let (quantum_rad, tick_s) = (limits.encoder_quantum_rad, limits.tick_s());
+        Ok(Self { case, window, rows, position_rad, quantum_rad, tick_s, own })
     }
 
     /// Mean angle over the second half of a rest.
@@ -140,7 +142,16 @@ impl<'a> Record<'a> {
             return Err(not_tested(past_rad, tripped).into());
         }
         let how = if held { self.how(tripped) } else { vec!["not held".to_owned()] };
-        Ok(vec![self.measurement(PAST, past_rad, self.quantum_rad, how)])
+        // A drive controls its velocity down to nothing at its limit; the bench stops the axis at a tick.
+        let u = if stage == Stage::SoftBench { self.u_of_trip() } else { self.quantum_rad };
+        Ok(vec![self.measurement(PAST, past_rad, u, how)])
+    }
+
+    /// Uncertainty of where a trip leaves an axis: the encoder's resolution, and the angle turned in a tick (rectangular), because
+    /// the axis may pass a limit anywhere between two ticks.
+    fn u_of_trip(&self) -> f64 {
+        let rate_rad_per_s = self.fastest_rad_per_s().unwrap_or(0.0);
+        self.quantum_rad.hypot(rate_rad_per_s * self.tick_s / 12.0_f64.sqrt())
     }
 
     fn zone(&self) -> Result<Vec<Measurement>, Reason> {
@@ -151,7 +162,7 @@ impl<'a> Record<'a> {
         if tripped != Some("restricted zone") && into_rad <= self.quantum_rad {
             return Err(not_tested(into_rad, tripped).into());
         }
-        Ok(vec![self.measurement(INTO, into_rad, self.quantum_rad, self.how(tripped))])
+        Ok(vec![self.measurement(INTO, into_rad, self.u_of_trip(), self.how(tripped))])
     }
 
     /// The move must reach its end: a zone that stopped it here would be a limit of one axis and no zone.
@@ -183,14 +194,17 @@ impl<'a> Record<'a> {
         }
     }
 
+    /// Highest speed of the move that leads past a limit.
+    fn fastest_rad_per_s(&self) -> Option<f64> {
+        let segment = self.window.segment(self.case, PAST_SEGMENT).ok().or(self.window.segments.first())?;
+        let rates = self.rows.column(RATE)?;
+        let rows = self.rows.range(segment.start_s, segment.end_s);
+        Some(rates.get(rows).unwrap_or(&[]).iter().fold(0.0, |most: f64, rate| most.max(rate.abs())))
+    }
+
     /// The rate that was asked for, and the highest one that was reached.
     fn conditions(&self) -> Vec<Condition> {
-        let segment = self.window.segment(self.case, PAST_SEGMENT).ok().or(self.window.segments.first());
-        let rates = self.rows.column(RATE);
-        let fastest = segment.zip(rates).map(|(span, rates)| {
-            let rows = self.rows.range(span.start_s, span.end_s);
-            rates.get(rows).unwrap_or(&[]).iter().fold(0.0, |most: f64, rate| most.max(rate.abs()))
-        });
+        let fastest = self.fastest_rad_per_s();
         Condition::reached(self.case, |asked| fastest.map(|rate| rate.copysign(asked.value)))
     }
 

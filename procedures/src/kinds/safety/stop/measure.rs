@@ -5,14 +5,14 @@ use analysis::estimate::Estimate;
 use super::keys::Way;
 use super::pictures::Shown;
 use super::{ANGLE, ANGLE_RATIO, MEASURANDS, ROOM, TIME, TIME_RATIO};
-use crate::axis::Axes;
+use crate::axis::{Axes, AxisLimits};
 use crate::case::Case;
 use crate::log::{StopRecord, Window};
 use crate::measurement::{Condition, Evidence, Measurement, PointResult, Reduced};
 use crate::quantity::QuantityKind;
 use crate::reason::{Reason, SafetyReason};
 
-const ESTIMATOR: &str = "stop/2";
+const ESTIMATOR: &str = "stop/3";
 
 /// What a point says, or why not.
 pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult {
@@ -23,9 +23,8 @@ pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult 
             return PointResult::without(case, &all, ESTIMATOR, reason);
         }
     };
-    let quantum_rad = axes.get(&case.axis).map_or(0.0, |limits| limits.encoder_quantum_rad);
     PointResult {
-        measurements: measurements(case, window, stop, quantum_rad),
+        measurements: measurements(case, window, stop, axes),
         reduced: Reduced::to(Shown::new(case, window, stop)),
         ..PointResult::of(case)
     }
@@ -49,25 +48,22 @@ fn stop_of<'a>(case: &Case, window: &'a Window) -> Result<&'a StopRecord, Reason
     Ok(stop)
 }
 
-/// A stop is timed in ticks: the least time between two rows, which keep every tick of a stop.
-fn tick_s(case: &Case, window: &Window) -> f64 {
-    let times = window.rows(&format!("/{}", case.axis)).map_or(&[][..], |rows| &rows.time_s);
-    let steps = times.windows(2).map(|pair| pair[1] - pair[0]).filter(|step_s| *step_s > 0.0);
-    steps.reduce(f64::min).unwrap_or(0.0)
-}
-
-fn measurements(case: &Case, window: &Window, stop: &StopRecord, quantum_rad: f64) -> Vec<Measurement> {
-    let tick_s = tick_s(case, window);
+fn measurements(case: &Case, window: &Window, stop: &StopRecord, axes: &Axes) -> Vec<Measurement> {
+    let limits = axes.get(&case.axis);
+    let quantum_rad = limits.map_or(0.0, |limits| limits.encoder_quantum_rad);
+    let tick_s = limits.map_or(0.0, AxisLimits::tick_s);
+    // What begins a stop is noticed at a tick: another stop begins anywhere within one.
+    let u_angle_rad = quantum_rad.hypot(stop.from_rad_per_s * tick_s / 12.0_f64.sqrt());
     let over = |value: f64, computed: f64| if computed > 0.0 { Some(value / computed) } else { None };
     let angle = over(stop.reached_angle_rad, stop.computed_angle_rad);
     let time = stop.computed_s.and_then(|computed_s| over(stop.took_s, computed_s));
     let slower = [angle, time].into_iter().flatten().any(|ratio| ratio > 1.0);
     let all = [
-        (ANGLE, Some(stop.reached_angle_rad), quantum_rad),
+        (ANGLE, Some(stop.reached_angle_rad), u_angle_rad),
         (TIME, Some(stop.took_s), tick_s),
-        (ANGLE_RATIO, angle, quantum_rad / stop.computed_angle_rad),
+        (ANGLE_RATIO, angle, u_angle_rad / stop.computed_angle_rad),
         (TIME_RATIO, time, tick_s / stop.computed_s.unwrap_or(f64::INFINITY)),
-        (ROOM, Some(stop.room_rad), quantum_rad),
+        (ROOM, Some(stop.room_rad), u_angle_rad),
     ];
     all.into_iter()
         .map(|(name, value, u)| {
