@@ -1,6 +1,6 @@
 //! A CiA 402 drive that is enabled with a setpoint of 0.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 use std::time::Duration;
 
 use drivers::cia402::objects::{self as known, Object};
@@ -144,7 +144,8 @@ impl Steps {
     }
 }
 
-/// Settings by which the driver opens a drive with the scales, limits and reactions that it has.
+/// Settings by which the driver opens a drive with the scales, limits and reactions that it has; soft limits within half a
+/// turn of count 0.
 fn settings(bus: &mut EtherCatBus, station: u16, cycle_s: f64) -> Result<DriveSettings, String> {
     let mut bits =
         |object: Object| objects::read_u32(bus, station, Place { index: object.index, sub: object.sub });
@@ -152,7 +153,9 @@ fn settings(bus: &mut EtherCatBus, station: u16, cycle_s: f64) -> Result<DriveSe
     let rated_torque_nm = f64::from(bits(known::RATED_TORQUE)?) / 1e3;
     let encoder_counts_per_rev = bits(known::ENCODER_COUNTS)?;
     let rad_per_count = TAU / f64::from(encoder_counts_per_rev);
-    let mut limit_rad = |object| bits(object).map(|value| f64::from(value.cast_signed()) * rad_per_count);
+    // Wider ones would not tell at which end of its travel a single-turn encoder stands.
+    let mut limit_rad =
+        |object| bits(object).map(|value| (f64::from(value.cast_signed()) * rad_per_count).clamp(-PI, PI));
     let soft_limits_rad = [limit_rad(known::SOFT_LIMIT_MIN)?, limit_rad(known::SOFT_LIMIT_MAX)?];
     let mut option = |object| bits(object).map(|value| (value as u16).cast_signed());
     let quick_stop_option = option(known::QUICK_STOP_OPTION)?;
