@@ -35,6 +35,9 @@ mod compare;
 #[path = "exchange_cost/figures.rs"]
 mod figures;
 #[cfg(target_os = "linux")]
+#[path = "exchange_cost/meter.rs"]
+mod meter;
+#[cfg(target_os = "linux")]
 #[path = "exchange_cost/ours.rs"]
 mod ours;
 

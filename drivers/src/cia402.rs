@@ -17,12 +17,11 @@ use std::time::Duration;
 pub use self::change::DriveLimits;
 pub use self::configure::check_cycle;
 pub use self::error_code::error_code_meaning;
-pub use self::power::{PowerState, PowerTarget};
+pub use self::power::{PowerRules, PowerSequence, PowerState, PowerTarget};
 pub use self::sdo::{Waiting, abort_meaning};
 
 use self::change::Change;
 use self::frame::{Inputs, Outputs};
-use self::power::{PowerRules, PowerSequence};
 use self::scale::Scale;
 use self::sdo::Dictionary;
 use crate::device::{Channel, DeviceError, Width};
@@ -286,7 +285,7 @@ impl Cia402 {
             quick_stop_option: self.settings.quick_stop_option,
             timeout_s: self.settings.transition_timeout_s,
         };
-        self.power.controlword(&rules, target, (statusword, error_code), now)
+        self.power.controlword(&rules, target, statusword, error_code, now)
     }
 }
 

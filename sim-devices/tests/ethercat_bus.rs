@@ -2,6 +2,8 @@
 
 #[path = "ethercat_bus/bench.rs"]
 mod bench;
+#[path = "ethercat_bus/mailbox.rs"]
+mod mailbox;
 #[path = "ethercat_bus/wire.rs"]
 mod wire;
 

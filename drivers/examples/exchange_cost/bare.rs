@@ -16,8 +16,9 @@ use ethercrab::{
 use rustix::net::sockopt::{Timeout, set_socket_timeout};
 use rustix::net::{AddressFamily, Protocol, RecvFlags, SendFlags, SocketFlags, SocketType};
 
-use super::clock::{self, Meter};
+use super::clock;
 use super::compare::{Outcome, REPLY_LIMIT};
+use super::meter::{Meter, measured};
 use drivers::wire::MAX_FRAME_BYTES;
 
 /// EtherType of EtherCAT.
@@ -72,7 +73,7 @@ impl Bare {
         let received = Box::new([0; MAX_FRAME_BYTES]);
         let mut wire =
             Wire { socket: Some(socket(interface)?), tx, rx, awaited: 0, received, meter: Meter::default() };
-        let mut group = wire.step(main.init_single_group::<MOST_STATIONS, MOST_BYTES>(clock::now_ns))?;
+        let mut group = wire.step(main.init_single_group::<MOST_STATIONS, MOST_BYTES>(now_ns))?;
         for mut station in group.iter_mut(&main) {
             let has_sync0 = station.dc_support().enhanced();
             station.set_dc_sync(if has_sync0 { DcSync::Sync0 } else { DcSync::Disabled });
@@ -139,7 +140,7 @@ impl Wire {
             while let Some(frame) = tx.next_sendable_frame() {
                 let sent = frame.send_blocking(|bytes| {
                     let send = || rustix::net::send(&*socket, bytes, SendFlags::empty());
-                    clock::measured(&meter.called, send).map_err(|_| Error::SendFrame)
+                    measured(&meter.called, send).map_err(|_| Error::SendFrame)
                 });
                 *awaited += u32::from(sent.is_ok());
             }
@@ -151,7 +152,7 @@ impl Wire {
                 continue;
             }
             let receive = || rustix::net::recv(&*socket, &mut received[..], RecvFlags::empty());
-            match clock::measured(&meter.waited, receive) {
+            match measured(&meter.waited, receive) {
                 Ok((_, length)) if is_reply(rx, &received[..length.min(MAX_FRAME_BYTES)]) => *awaited -= 1,
                 Ok(_) if foreign < MOST_FOREIGN => foreign += 1,
                 Err(rustix::io::Errno::INTR) => {}
@@ -193,4 +194,9 @@ fn socket(interface: &str) -> Result<OwnedFd, String> {
     nix::sys::socket::bind(socket.as_raw_fd(), &address).map_err(|error| failed(error.into()))?;
     set_socket_timeout(&socket, Timeout::Recv, Some(REPLY_LIMIT)).map_err(|error| failed(error.into()))?;
     Ok(socket)
+}
+
+/// Time of the monotonic clock in nanoseconds, as ethercrab wants it.
+fn now_ns() -> u64 {
+    u64::try_from(clock::now().as_nanos()).unwrap_or(u64::MAX)
 }

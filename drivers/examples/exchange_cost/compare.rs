@@ -4,8 +4,9 @@ use std::time::Duration;
 
 use super::Plan;
 use super::bare::Bare;
-use super::clock::{self, Meter};
+use super::clock;
 use super::figures::{self, BlockFigures, Taken};
+use super::meter::Meter;
 use super::ours::Ours;
 
 /// Longest wait for a reply, on both sides: below the time after which ethercrab would send a frame again.

@@ -8,8 +8,9 @@ use std::time::Duration;
 use drivers::wire::ethercat::{EtherCatBus, EtherCatSettings};
 use drivers::wire::{BusState, EthernetLink, Fieldbus, PacketSocket, ProcessImage};
 
-use super::clock::{self, Meter};
+use super::clock;
 use super::compare::{Outcome, REPLY_LIMIT};
+use super::meter::{Meter, measured};
 
 /// Longest way into OP.
 const OP_LIMIT: Duration = Duration::from_secs(5);
@@ -36,7 +37,7 @@ impl MeasuredLink {
         sum: &Cell<Duration>,
         call: impl FnOnce(&mut PacketSocket) -> io::Result<T>,
     ) -> io::Result<T> {
-        clock::measured(sum, || match self.shared.socket.borrow_mut().as_mut() {
+        measured(sum, || match self.shared.socket.borrow_mut().as_mut() {
             Some(socket) => call(socket),
             None => Err(io::ErrorKind::NotConnected.into()),
         })

@@ -109,9 +109,10 @@ impl PowerTarget {
     }
 }
 
-/// Where the machine stands on the way to a target.
+/// Controlwords for one drive, and where it stands on the way to a target. [`Cia402`](super::Cia402) has one of its own; it
+/// stands alone for drives whose dictionary is not the one that the bench needs.
 #[derive(Clone, Debug, Default)]
-pub(super) struct PowerSequence {
+pub struct PowerSequence {
     step: Option<Step>,
     /// Whether bit 7 was sent low since the fault was seen: the next high is an edge.
     reset_low_sent: bool,
@@ -126,20 +127,28 @@ struct Step {
 }
 
 /// What does not change from call to call.
-pub(super) struct PowerRules<'a> {
-    pub(super) device: &'a str,
+#[derive(Clone, Copy, Debug)]
+pub struct PowerRules<'a> {
+    /// Name of the drive for errors.
+    pub device: &'a str,
     /// Quick stop option code (605A); from 5 on the drive stays in quick stop.
-    pub(super) quick_stop_option: i16,
-    pub(super) timeout_s: f64,
+    pub quick_stop_option: i16,
+    /// Time allowed for each power state transition.
+    pub timeout_s: f64,
 }
 
 impl PowerSequence {
-    /// One controlword on the way to `target`, one transition at a time.
-    pub(super) fn controlword(
+    /// One controlword on the way to `target`, one transition at a time; as [`Cia402::controlword`](super::Cia402::controlword).
+    /// The error code only explains a fault.
+    ///
+    /// # Errors
+    /// [`DeviceError::StateTimeout`]; [`DeviceError::Fault`] on a fault unless `target` is `FaultReset` or `Disabled`.
+    pub fn controlword(
         &mut self,
-        rules: &PowerRules,
+        rules: &PowerRules<'_>,
         target: PowerTarget,
-        (statusword, error_code): (u16, u16),
+        statusword: u16,
+        error_code: u16,
         now: Duration,
     ) -> Result<u16, DeviceError> {
         let state = PowerState::of(statusword);

@@ -18,6 +18,7 @@ mod clock;
 mod close;
 mod coe;
 mod configure;
+mod counters;
 mod cycle;
 mod datagram;
 mod emergency;

@@ -71,7 +71,7 @@ fn run(drive: &mut Drive, target: PowerTarget) -> Result<Vec<u16>, DeviceError> 
     let mut words = Vec::new();
     for tick in 0..10_000 {
         let now = Duration::from_micros(250 * tick);
-        let word = sequence.controlword(&rules, target, (drive.statusword(), 0x4310), now)?;
+        let word = sequence.controlword(&rules, target, drive.statusword(), 0x4310, now)?;
         if target.is_reached(drive.state) {
             return Ok(words);
         }
@@ -120,7 +120,7 @@ fn words_follow_the_transition_table() {
     for (state, words) in table {
         let statusword = Drive::in_state(state).statusword();
         for (target, expected) in [Disabled, Enabled, QuickStop].into_iter().zip(words) {
-            let word = PowerSequence::default().controlword(&RULES, target, (statusword, 0), Duration::ZERO);
+            let word = PowerSequence::default().controlword(&RULES, target, statusword, 0, Duration::ZERO);
             assert_eq!(word, Ok(expected), "{state:?} → {target:?}");
         }
     }
@@ -168,7 +168,7 @@ fn second_fault_gets_its_own_edge() {
     let mut sequence = PowerSequence::default();
     let mut word = |state| {
         let statusword = Drive::in_state(state).statusword();
-        sequence.controlword(&RULES, FaultReset, (statusword, 0), Duration::ZERO).expect("resetting")
+        sequence.controlword(&RULES, FaultReset, statusword, 0, Duration::ZERO).expect("resetting")
     };
     assert_eq!([word(Fault), word(Fault), word(Fault)], [0x00, 0x80, 0x80]);
     assert_eq!(word(SwitchOnDisabled), 0x00);
@@ -203,7 +203,7 @@ fn enabling_never_passes_through_a_fault() {
 fn only_switched_on_enabled_or_holding_drives_are_sent_enable_operation() {
     for statusword in 0..=u16::MAX {
         for target in [Disabled, Enabled, QuickStop, FaultReset] {
-            let word = PowerSequence::default().controlword(&RULES, target, (statusword, 0), Duration::ZERO);
+            let word = PowerSequence::default().controlword(&RULES, target, statusword, 0, Duration::ZERO);
             if word.is_ok_and(|word| word & 0x08 != 0) {
                 let state = PowerState::of(statusword);
                 assert!(
@@ -220,7 +220,7 @@ fn only_switched_on_enabled_or_holding_drives_are_sent_enable_operation() {
 fn each_transition_has_its_own_time() {
     let mut sequence = PowerSequence::default();
     let mut at = |seconds, statusword, target| {
-        sequence.controlword(&RULES, target, (statusword, 0), Duration::from_secs_f64(seconds))
+        sequence.controlword(&RULES, target, statusword, 0, Duration::from_secs_f64(seconds))
     };
     assert_eq!(at(10.0, 0x0250, Enabled), Ok(0x06));
     assert_eq!(at(12.0, 0x0250, Enabled), Ok(0x06), "exactly at the limit");
@@ -239,6 +239,6 @@ fn each_transition_has_its_own_time() {
 #[test]
 fn unknown_pattern_is_never_answered_with_more_torque() {
     assert_eq!(PowerState::of(0x0225), Unknown(0x0225));
-    let word = PowerSequence::default().controlword(&RULES, Enabled, (0x0225, 0), Duration::ZERO);
+    let word = PowerSequence::default().controlword(&RULES, Enabled, 0x0225, 0, Duration::ZERO);
     assert_eq!(word, Ok(0x02));
 }

@@ -46,7 +46,10 @@ impl EtherCatBus {
             let has_sync0 = sync0_positions.contains(&k);
             station.set_dc_sync(if has_sync0 { DcSync::Sync0 } else { DcSync::Disabled });
         }
+        // ethercrab reads the mappings through the same mailboxes.
+        self.pump.mail_counters = self.mailboxes.lend();
         let done = run(&mut self.pump, STEP_LIMIT, group.into_pre_op_pdi(&self.main));
+        self.mailboxes.take_back(&std::mem::take(&mut self.pump.mail_counters));
         let group = Box::new(done.map_err(|why| self.failed("process data cannot be mapped", why))?);
         let mapped = self.lay_out(&group)?;
         self.set_watchdogs(&mapped)?;

@@ -11,6 +11,8 @@ const ETHERTYPE: [u8; 2] = [0x88, 0xA4];
 const SOURCE: u8 = 0x10;
 /// The bit of that byte which every first SubDevice sets.
 const PASSED: u8 = 0x02;
+/// Command that writes to a station by its configured address.
+const FPWR: u8 = 5;
 /// Ethernet header, then the EtherCAT header.
 const HEADERS_BYTES: usize = 16;
 /// Header of a datagram.
@@ -38,6 +40,17 @@ pub(super) fn reply_tag(frame: &[u8]) -> Option<u32> {
 /// Whether a frame is one of this program's that no SubDevice has passed on: a loopback plug, or a cable between two ports.
 pub(super) fn is_own(frame: &[u8]) -> bool {
     frame.get(6..8) == Some(&[SOURCE, SOURCE])
+}
+
+/// Byte `offset` of what the first datagram of a frame writes to `register` of the station with this address (FPWR); `None`
+/// if that is not what it does.
+pub(super) fn written_byte(frame: &mut [u8], address: u16, register: u16, offset: usize) -> Option<&mut u8> {
+    let at = HEADERS_BYTES;
+    let is_it = *frame.get(at)? == FPWR
+        && word(frame, at + 2)? == address
+        && word(frame, at + 4)? == register
+        && offset < usize::from(word(frame, at + 6)? & LENGTH_MASK);
+    frame.get_mut(at + DATAGRAM_HEADER_BYTES + offset).filter(|_| is_it)
 }
 
 /// Whether a reply has the datagrams of the frame that was sent: the same commands, indices and lengths in the same order.

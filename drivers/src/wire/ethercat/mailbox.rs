@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use super::super::SdoAbort;
 use super::coe::{self, Message, Place, Request};
+use super::counters::MailCounter;
 use super::emergency::{Emergencies, Emergency};
 use super::transfer::{COMMAND, Next, TIMED_OUT, Transfer};
 
@@ -165,6 +166,24 @@ impl Mailboxes {
     /// The place of a station's mailboxes.
     pub(super) fn area(&self, station: usize) -> Option<MailArea> {
         self.stations.get(station)?.area
+    }
+
+    /// All mailboxes for somebody else who writes into them; [`Mailboxes::take_back`] goes on behind him.
+    pub(super) fn lend(&self) -> Vec<MailCounter> {
+        let lent = self.stations.iter().enumerate().filter_map(|(station, Station { area, counter, .. })| {
+            let MailArea { address, write_at, .. } = (*area)?;
+            Some(MailCounter { station, address, write_at, before: *counter, last: *counter })
+        });
+        lent.collect()
+    }
+
+    /// Takes note of the messages that somebody else has written.
+    pub(super) fn take_back(&mut self, lent: &[MailCounter]) {
+        for mailbox in lent {
+            if let Some(station) = self.stations.get_mut(mailbox.station) {
+                station.counter = mailbox.last;
+            }
+        }
     }
 
     /// The message that a [`MailAction::Write`] or [`MailAction::WriteAbort`] writes, as long as its mailbox.

@@ -11,6 +11,7 @@ use ethercrab::error::Error;
 use ethercrab::{PduRx, PduTx};
 
 use super::super::{EthernetLink, MAX_FRAME_BYTES};
+use super::counters::MailCounter;
 use super::{clock, frame};
 
 /// Frames that may be under way at once: one cyclic and one acyclic; a power of two.
@@ -65,6 +66,8 @@ pub(super) struct Pump {
     next_slot: usize,
     received: Box<[u8; MAX_FRAME_BYTES]>,
     pub(super) counts: LinkCounts,
+    /// Mailboxes into which ethercrab writes; empty while it does not.
+    pub(super) mail_counters: Vec<MailCounter>,
 }
 
 impl Pump {
@@ -78,6 +81,7 @@ impl Pump {
             next_slot: 0,
             received: Box::new([0; MAX_FRAME_BYTES]),
             counts: LinkCounts::default(),
+            mail_counters: Vec::new(),
         }
     }
 
@@ -134,11 +138,13 @@ impl Pump {
             let slot = &mut self.under_way[self.next_slot];
             let mut failure = None;
             let link = &mut self.link;
+            let mail_counters = &mut self.mail_counters;
             let sent = sendable.send_blocking(|bytes| {
                 slot.tag = NEXT_TAG.fetch_add(1, Ordering::Relaxed);
                 slot.bytes.clear();
                 slot.bytes.extend_from_slice(bytes);
                 frame::put_tag(&mut slot.bytes, slot.tag);
+                mail_counters.iter_mut().for_each(|mailbox| mailbox.put_into(&mut slot.bytes));
                 link.send(&slot.bytes).map(|()| bytes.len()).map_err(|error| {
                     failure = Some(error);
                     Error::SendFrame

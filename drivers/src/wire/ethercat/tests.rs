@@ -1,3 +1,7 @@
+mod foreign;
+mod record;
+mod stepped;
+
 use std::io;
 
 use super::*;
