@@ -10,6 +10,7 @@ mod rights;
 
 pub mod check;
 pub mod facts;
+pub mod privileges;
 
 pub use beat::{Woken, wake};
 pub use phase::PhaseLock;

@@ -16,7 +16,7 @@ use procedures::log::LogError;
 
 use crate::clock::Clock;
 use crate::model::rig::Rig;
-use crate::realtime::Rights;
+use crate::realtime::{Rights, privileges};
 use crate::site::interface::{self, Kernel};
 use crate::site::unit::Unit;
 use crate::site::{Contact, Purpose, Units, path_for};
@@ -115,7 +115,8 @@ pub fn serve(
     }
     say(&format!("control  {}", path.display()));
     let rights = Rights::ask();
-    for grant in rights.grants.iter().filter(|grant| !grant.granted) {
+    let given_up = privileges::give_up();
+    for grant in rights.grants.iter().chain([&given_up]).filter(|grant| !grant.granted) {
         say(&format!("without  {}: {}", grant.what, grant.found));
     }
     let server = Server::new(link, far_ends, truth);

@@ -24,6 +24,7 @@ use crate::people::lock;
 use crate::people::signals;
 use crate::people::underway::Underway;
 use crate::plan::{CampaignPlan, Wanted};
+use crate::realtime::privileges;
 use crate::record::evidence;
 use crate::record::journal::Entry;
 use crate::site::unit::Unit;
@@ -95,6 +96,7 @@ fn jobs(text: &str) -> Result<usize, String> {
 }
 
 pub(super) fn run(args: &Args) -> u8 {
+    privileges::keep_for_opening();
     let underway = Underway::default();
     let stop = match ready(args, &underway) {
         Ok(stop) => stop,

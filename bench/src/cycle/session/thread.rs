@@ -11,7 +11,7 @@ use crate::cycle::recorder::Recorder;
 use crate::cycle::run::{Between, PointError, PointOutcome};
 use crate::cycle::safe::{Exit, Safe, make_safe};
 use crate::cycle::stops::Stops;
-use crate::realtime::Rights;
+use crate::realtime::{Rights, privileges};
 use crate::rig::{ArmedRig, PointSettings};
 use crate::site::{Contact, Surroundings};
 
@@ -24,6 +24,7 @@ pub(super) fn serve<'a>(
     mut orders: Consumer<Order<'a>>,
     reports: &mut Producer<Report<'a>>,
 ) {
+    privileges::raise();
     let opened = match opening.site.open(opening.rig, &opening.gains, &opening.purpose) {
         Ok(opened) => opened,
         Err(error) => return report(reports, Report::Failed(error)),
@@ -32,7 +33,9 @@ pub(super) fn serve<'a>(
     let preparer = opened.rig.instruments().preparer();
     // Kept until the session ends. Virtual time needs no rights.
     let rights = (!opened.clock.is_virtual()).then(Rights::ask);
-    let grants = rights.as_ref().map(|rights| rights.grants.clone()).unwrap_or_default();
+    let given_up = privileges::give_up();
+    let grants =
+        rights.iter().flat_map(|rights| rights.grants.iter().cloned().chain([given_up.clone()])).collect();
     let locks_memory = rights.as_ref().is_some_and(Rights::locks_memory);
     let clock = opened.clock.clone();
     report(

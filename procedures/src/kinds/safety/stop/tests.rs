@@ -73,6 +73,25 @@ fn a_stop_is_held_against_what_was_computed() {
 }
 
 #[test]
+fn a_stop_begins_at_a_tick_and_the_uncertainty_of_its_angle_says_so() {
+    let case = cases().remove(0);
+    let slow = StopRecord { from_rad_per_s: 0.0, ..record(StopManner::QuickStop) };
+    let mut axes = sample_axes();
+    axes.get_mut("az").expect("an axis").loop_rate_hz = 4000.0;
+    let [slow, fast] =
+        [slow, record(StopManner::QuickStop)].map(|stop| keys().analyse(&case, &window(vec![stop]), &axes));
+    let u = |found: &PointResult, name: &str| {
+        found.measurements.iter().find(|m| m.measurand == name).expect("measured").u
+    };
+    let limits = axes.all()[0].limits.clone();
+    let turned_rad = 60.0 * DEG / limits.loop_rate_hz / 12.0_f64.sqrt();
+    assert!((u(&slow, ANGLE) - limits.encoder_quantum_rad).abs() < 1e-15);
+    assert!((u(&fast, ANGLE) - turned_rad.hypot(limits.encoder_quantum_rad)).abs() < 1e-12);
+    assert!((u(&fast, ROOM) - u(&fast, ANGLE)).abs() < 1e-15);
+    assert!((u(&fast, TIME) - 1.0 / limits.loop_rate_hz).abs() < 1e-15);
+}
+
+#[test]
 fn without_torque_the_time_stands_alone() {
     let case = cases().remove(4);
     let found = analysed(&case, vec![record(StopManner::TorqueOff)]);
