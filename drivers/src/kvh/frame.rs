@@ -1,6 +1,6 @@
 //! Messages and reports of the built-in test: layout (ICD 56-0298, bytes counted from 0 here).
 
-use super::crc::crc32;
+use crate::crc32::crc32;
 
 /// First three bytes of a message.
 pub(super) const MESSAGE_HEADER: [u8; 3] = [0xFE, 0x81, 0xFF];

@@ -1,6 +1,7 @@
 mod configure;
 
 use super::*;
+use crate::crc32::crc32;
 use proptest::prelude::*;
 
 /// Bytes as printed in documents.

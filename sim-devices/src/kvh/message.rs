@@ -1,6 +1,7 @@
 //! A message as bytes (ICD 56-0298): written here on its own, the driver's reader must agree.
 
-use drivers::kvh::{Format, crc32};
+use drivers::crc32::crc32;
+use drivers::kvh::Format;
 
 /// What a message says, in the units that are configured.
 #[derive(Clone, Copy, Debug)]
