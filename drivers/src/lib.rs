@@ -7,6 +7,7 @@ pub mod cia402;
 pub mod crc32;
 pub mod device;
 mod framing;
+pub mod gcs;
 pub mod kvh;
 pub mod mirror;
 pub mod scope;

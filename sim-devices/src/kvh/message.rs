@@ -59,6 +59,16 @@ impl Content {
     }
 }
 
+/// A report of the built-in test with six or eight bytes, and its sum.
+pub(super) fn bit_report(tests: &[u8; 8], length: usize) -> Frame {
+    let mut frame = Frame { bytes: [0; 40], length: 0 };
+    frame.put([0xFE, 0x81, 0x00, if length == 6 { 0xAA } else { 0xAB }]);
+    tests.iter().take(length).for_each(|&byte| frame.put([byte]));
+    let sum = frame.bytes().iter().fold(0_u8, |sum, &byte| sum.wrapping_add(byte));
+    frame.put([sum]);
+    frame
+}
+
 impl Frame {
     fn put<const N: usize>(&mut self, bytes: [u8; N]) {
         self.bytes[self.length..self.length + N].copy_from_slice(&bytes);
