@@ -10,6 +10,9 @@ const BUFFER_BYTES: usize = 1024;
 /// Longest frame of any protocol here. Two fit, so that a frame behind a false one is whole before bytes are given up.
 pub(crate) const LONGEST_FRAME: usize = BUFFER_BYTES / 2;
 
+/// A serial device is stale when nothing has come for this many periods of its messages (docs/safety.md).
+pub(crate) const STALE_PERIODS: f64 = 10.0;
+
 /// What a parser threw away.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tally {

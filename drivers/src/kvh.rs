@@ -17,7 +17,7 @@ pub use self::parser::{Found, Parser};
 pub use crate::framing::Tally;
 
 use crate::device::{Channel, DeviceError, Width};
-use crate::framing::Arrival;
+use crate::framing::{Arrival, STALE_PERIODS};
 use crate::wire::ByteLine;
 
 /// The g in which the unit reports specific force, m/s²: standard gravity (CGPM 1901).
@@ -103,6 +103,8 @@ pub struct Kvh {
     last: Sample,
     /// Whether any message has come yet.
     seen: bool,
+    /// Poll that found the newest message.
+    found_at: Duration,
     /// Ticks since the newest message arrived.
     age_ticks: u16,
     /// Messages that came with the last poll.
@@ -138,6 +140,7 @@ impl Kvh {
             rotation_factor,
             last: Sample::default(),
             seen: false,
+            found_at: Duration::ZERO,
             age_ticks: 0,
             new_count: 0,
             missed_count: 0,
@@ -161,6 +164,7 @@ impl Kvh {
             }
         }
         if messages_count > 0 {
+            self.found_at = now;
             self.last.sent_at = self.arrival.began(now, BITS_PER_BYTE / f64::from(self.settings.baud));
         }
         self.new_count = messages_count;
@@ -237,6 +241,12 @@ impl Kvh {
             found,
             help: "a gyro that has just been powered needs its start-up time; then query ?BIT",
         })
+    }
+
+    /// Whether no message has come for ten periods, or none at all.
+    pub fn is_stale(&self, now: Duration) -> bool {
+        let silent_s = now.saturating_sub(self.found_at).as_secs_f64();
+        !self.seen || silent_s > STALE_PERIODS / self.settings.message_rate_hz
     }
 
     /// Ticks since the newest message arrived.

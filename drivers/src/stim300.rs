@@ -29,11 +29,13 @@ pub use crate::framing::Tally;
 use self::configuration::INTERNAL_RATE_HZ;
 use self::scale::Scales;
 use crate::device::{Channel, DeviceError, Width};
-use crate::framing::Arrival;
+use crate::framing::{Arrival, STALE_PERIODS};
 use crate::wire::ByteLine;
 
 /// Bytes read from the line at once: room for two datagrams of any content.
 const READ_BYTES: usize = 128;
+/// Silence after which a unit with an external trigger is stale; the driver does not know how often it is triggered.
+const STALE_TRIGGERED_S: f64 = 0.02;
 /// Bits of a status byte that speak of the whole unit: system integrity, start-up, outside operating conditions.
 const WHOLE_UNIT_BITS: u8 = 0b1110_0000;
 /// Bits of a status byte that say that something is wrong with the channels of bits 0 to 2: overload, error.
@@ -50,9 +52,10 @@ pub struct Stim300Settings {
     pub content: Content,
     /// When a measurement is sent.
     pub sample_rate: SampleRate,
-    /// What the gyro fields are.
+    /// What the gyro fields are. With an external trigger an increment is divided by the time since the last measurement that
+    /// came; if one was lost on the line, which cannot be seen there, the rate is too low.
     pub gyro_unit: GyroUnit,
-    /// What the accelerometer fields are.
+    /// What the accelerometer fields are; the same holds for increments.
     pub accelerometer_unit: ForceUnit,
     /// Whether [`Opening`] may change what differs, until the unit is switched off. Otherwise it refuses the unit.
     pub may_change_unit: bool,
@@ -120,6 +123,8 @@ pub struct Stim300 {
     replaceable_count: u32,
     /// Whether a special datagram has come since the newest measurement.
     special_came: bool,
+    /// Poll that found the newest measurement.
+    found_at: Duration,
     age_ticks: u16,
     new_count: u32,
     missed_count: u64,
@@ -160,6 +165,7 @@ impl Stim300 {
             seen: false,
             replaceable_count: 0,
             special_came: false,
+            found_at: Duration::ZERO,
             age_ticks: 0,
             new_count: 0,
             missed_count: 0,
@@ -187,6 +193,7 @@ impl Stim300 {
             }
         }
         if measurements_count > 0 {
+            self.found_at = now;
             let sent_at = self.arrival.began(now, self.byte_s);
             self.last.sampled_at = sent_at.saturating_sub(Duration::from_secs_f64(self.last.latency_s));
         }
@@ -311,7 +318,7 @@ impl Stim300 {
     /// # Errors
     /// When the line is gone.
     pub fn request(
-        &mut self,
+        &self,
         line: &mut dyn ByteLine,
         kind: SpecialKind,
         now: Duration,
@@ -323,7 +330,7 @@ impl Stim300 {
     ///
     /// # Errors
     /// When the line is gone.
-    pub fn reset(&mut self, line: &mut dyn ByteLine, now: Duration) -> Result<(), DeviceError> {
+    pub fn reset(&self, line: &mut dyn ByteLine, now: Duration) -> Result<(), DeviceError> {
         line.write(now, b"R\r")
     }
 
@@ -344,6 +351,15 @@ impl Stim300 {
             if self.seen { format!("{:02X}h", self.last.gyro_status) } else { "no measurement".to_owned() };
         let help = "a unit that has just been powered needs 1 s; then ask for the extended errors (E)";
         Err(self.error("status byte of the gyros", "00h".to_owned(), found, help))
+    }
+
+    /// Whether no measurement has come for ten periods (20 ms with an external trigger), or none at all.
+    pub fn is_stale(&self, now: Duration) -> bool {
+        let limit_s = match self.identity.configuration.sample_rate {
+            SampleRate::Internal(rate_hz) => STALE_PERIODS / f64::from(rate_hz),
+            SampleRate::External => STALE_TRIGGERED_S,
+        };
+        !self.seen || now.saturating_sub(self.found_at).as_secs_f64() > limit_s
     }
 
     /// Ticks since the newest measurement arrived.

@@ -154,7 +154,7 @@ fn rates_and_increments_both_come_out_in_radians_per_second() {
 #[test]
 fn invalid_gyros_are_an_error_that_names_the_status() {
     let mut imu = driver(true);
-    assert!(imu.valid_sample().is_err());
+    assert!(imu.valid_sample().is_err() && imu.is_stale(Duration::ZERO));
     imu.take(&bytes(EARLY));
     let error = imu.valid_sample().expect_err("70h").to_string();
     assert!(error.starts_with("imu: status byte: expected 77h, found 70h"), "{error}");
@@ -192,6 +192,8 @@ fn a_message_was_sent_its_bytes_and_those_behind_it_before_the_poll() {
         assert!((sent_us - expected_us).abs() < 2e-3, "{behind} bytes behind: {sent_us} µs");
         assert_eq!(imu.poll(&mut Waiting(Vec::new()), 2 * now).expect("the line is there"), 0);
         assert!(imu.sample().expect("five").sent_at < now, "an old message keeps its time");
+        // Ten periods at 1 kHz.
+        assert_eq!([10, 11].map(|ms| imu.is_stale(now + Duration::from_millis(ms))), [false, true]);
     }
 }
 

@@ -65,6 +65,7 @@ fn the_time_of_a_sample_is_that_of_the_poll_less_wire_and_latency() {
         assert_eq!(imu.poll(&mut Waiting(stream), Duration::from_millis(50)).expect("it lives"), 5);
         let expected_s = 50e-3 - (28 + behind) as f64 * byte_s - 321e-6;
         let sampled_s = imu.sample().expect("five").sampled_at.as_secs_f64();
+        assert_eq!([60, 61].map(|ms| imu.is_stale(Duration::from_millis(ms))), [false, true], "ten periods");
         assert!((sampled_s - expected_s).abs() < 3e-9, "{behind} bytes behind: {sampled_s} for {expected_s}");
     }
     // Even parity and two stop bits: 12 bits a character.

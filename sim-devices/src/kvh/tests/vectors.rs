@@ -91,7 +91,7 @@ fn reports_of_the_built_in_test_carry_their_sum() {
 #[test]
 fn a_self_test_that_fails_reaches_the_host_by_number() {
     let mut pair = Pair::open(&perfect(), driver_settings(), &Motion::default());
-    [3, 45, 48, 99].map(|test| pair.unit.borrow_mut().fail_self_test(test));
+    [3, 45, 48, 99].into_iter().for_each(|test| pair.unit.borrow_mut().fail_self_test(test));
     pair.driver.request_bit(&mut pair.line, at(pair.tick)).expect("the line is there");
     (0..4).for_each(|_| {
         pair.tick(&Motion::default());
