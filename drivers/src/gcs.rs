@@ -12,10 +12,10 @@ mod tests;
 
 use std::time::Duration;
 
-pub use self::error::error_meaning;
 pub use self::record::Record;
 pub use self::request::{RecordOption, Request, TriggerSource};
 
+use self::error::error_meaning;
 use self::request::Form;
 use crate::answer::FormatError;
 use crate::device::DeviceError;

@@ -38,8 +38,8 @@ pub(crate) struct InertialSensors {
     fault: Option<(MessageFault, u32)>,
     frozen: bool,
     offset_rad_per_s: f64,
-    /// What was measured last.
-    said: Readings,
+    /// Readings of the last message.
+    reported: Readings,
 }
 
 impl InertialSensors {
@@ -57,7 +57,7 @@ impl InertialSensors {
             fault: None,
             frozen: false,
             offset_rad_per_s: 0.0,
-            said: Readings::default(),
+            reported: Readings::default(),
         }
     }
 
@@ -81,13 +81,13 @@ impl InertialSensors {
         readings
     }
 
-    /// What the unit says instead of what it has measured: an offset of the gyros, or the same as before for a frozen unit.
-    pub(crate) fn say(&mut self, measured: Readings) -> Readings {
+    /// Readings that the unit reports for those that it has measured: with an offset of the gyros, or unchanged for a frozen unit.
+    pub(crate) fn report(&mut self, measured: Readings) -> Readings {
         if !self.frozen {
             let rate_rad_per_s = measured.rate_rad_per_s.map(|rate| rate + self.offset_rad_per_s);
-            self.said = Readings { rate_rad_per_s, ..measured };
+            self.reported = Readings { rate_rad_per_s, ..measured };
         }
-        self.said
+        self.reported
     }
 
     /// Temperature of the unit at a time of the point, °C.
@@ -96,8 +96,8 @@ impl InertialSensors {
     }
 
     #[cfg(test)]
-    pub(crate) fn said(&self) -> &Readings {
-        &self.said
+    pub(crate) fn reported(&self) -> &Readings {
+        &self.reported
     }
 
     /// What is wrong with the next message.
@@ -112,7 +112,7 @@ impl InertialSensors {
         self.fault = (count > 0).then_some((fault, count));
     }
 
-    /// The unit goes on with what it said last.
+    /// The unit goes on reporting the readings of its last message.
     pub(crate) fn freeze(&mut self) {
         self.frozen = true;
     }

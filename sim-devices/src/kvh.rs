@@ -125,7 +125,7 @@ impl Kvh {
             status = STARTING;
             measured.rate_rad_per_s = [0, 1, 2].map(|k| self.garbage.at(3 * tick + k));
         }
-        let said = self.sensors.say(measured);
+        let reported = self.sensors.report(measured);
         let fault = self.sensors.take_fault();
         if fault == Some(MessageFault::InvalidStatus) {
             status &= !1;
@@ -136,8 +136,8 @@ impl Kvh {
             return;
         }
         let content = message::Content {
-            rotation: self.configuration.rotation(said.rate_rad_per_s, averaging_s),
-            acceleration: self.configuration.acceleration(said.force_m_per_s2, averaging_s),
+            rotation: self.configuration.rotation(reported.rate_rad_per_s, averaging_s),
+            acceleration: self.configuration.acceleration(reported.force_m_per_s2, averaging_s),
             temperature: self.configuration.temperature(self.sensors.temperature_degc(now_s)),
             time_s: now_s,
             status,

@@ -130,7 +130,7 @@ impl Stim300 {
         if let Mode::Init { until_s } = self.mode
             && now_s >= until_s
         {
-            self.introduce(now_s);
+            self.finish_init(now_s);
         }
         // The guard keeps a sample that coincides with a pulse from waiting for the next one.
         let counter = (now_s * INTERNAL_RATE_HZ + 1e-6) as u64;
@@ -157,7 +157,7 @@ impl Stim300 {
     }
 
     /// The end of Init mode: the special datagrams, then Normal mode.
-    fn introduce(&mut self, now_s: f64) {
+    fn finish_init(&mut self, now_s: f64) {
         self.mode = Mode::Normal;
         self.settled_s = now_s + SETTLING_S;
         self.send_special(now_s, SpecialKind::PartNumber);
@@ -186,7 +186,7 @@ impl Stim300 {
 
     /// Sends a measurement, or what was asked for instead. What is due while the line is busy is lost.
     fn send_measurement(&mut self, now_s: f64, counter: u64, averaging_s: f64, measured: Readings) {
-        let said = self.sensors.say(measured);
+        let reported = self.sensors.report(measured);
         let fault = self.sensors.take_fault();
         let latency_us = LATENCY_US + (37 * counter % LATENCY_VARIATION_US) as u16;
         let mut body = Body {
@@ -194,7 +194,7 @@ impl Stim300 {
             latency_us,
             input: (now_s.fract() * 1e6) as i32,
             temperature: (256.0 * self.sensors.temperature_degc(now_s)).round() as i16,
-            ..self.body(&said, averaging_s)
+            ..self.body(&reported, averaging_s)
         };
         if now_s < self.settled_s {
             body.unit_status = STARTING;
@@ -226,9 +226,9 @@ impl Stim300 {
     }
 
     /// The readings in counts, limited to the ranges.
-    fn body(&mut self, said: &Readings, interval_s: f64) -> Body {
-        let rates_deg_per_s = said.rate_rad_per_s.map(f64::to_degrees);
-        let forces_g = said.force_m_per_s2.map(|force| force / STANDARD_GRAVITY_M_PER_S2);
+    fn body(&mut self, reported: &Readings, interval_s: f64) -> Body {
+        let rates_deg_per_s = reported.rate_rad_per_s.map(f64::to_degrees);
+        let forces_g = reported.force_m_per_s2.map(|force| force / STANDARD_GRAVITY_M_PER_S2);
         let per_g = datagram::counts_per_g(self.setup.accelerometer_range);
         let range_g = datagram::range_g(self.setup.accelerometer_range);
         let rates = self.limited(rates_deg_per_s, GYRO_RANGE_DEG_PER_S, GYRO_OVERLOAD);
@@ -299,20 +299,20 @@ impl Stim300 {
         for &byte in bytes {
             let order = match self.mode {
                 Mode::Init { .. } => None,
-                Mode::Normal => self.console.hear(byte),
+                Mode::Normal => self.console.normal_mode(byte),
                 Mode::Service => {
-                    let (reply, order) = self.console.type_in(byte, &mut self.setup);
+                    let (reply, order) = self.console.service_mode(byte, &mut self.setup);
                     self.transmitter.append(whole_nanoseconds(now), &reply);
                     order
                 }
             };
             if let Some(order) = order {
-                self.obey(order, now);
+                self.carry_out(order, now);
             }
         }
     }
 
-    fn obey(&mut self, order: Order, now: Duration) {
+    fn carry_out(&mut self, order: Order, now: Duration) {
         match order {
             Order::Send(kind) => self.requested.push_back(kind),
             Order::Reset => self.begin_anew(now),

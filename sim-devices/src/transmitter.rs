@@ -118,7 +118,7 @@ pub(crate) fn nanoseconds(seconds: f64) -> u64 {
     (seconds * 1e9).round() as u64
 }
 
-/// The same of a time that the host gives.
+/// A time of the host since the start of the point in whole nanoseconds.
 pub(crate) fn whole_nanoseconds(now: Duration) -> u64 {
     u64::try_from(now.as_nanos()).unwrap_or(u64::MAX)
 }

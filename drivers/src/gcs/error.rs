@@ -1,7 +1,7 @@
 //! Numbers of errors (PIPython 2.13, `gcserror.py`, and the E-727 user manual), in words of ours.
 
 /// What the number that `ERR?` gives means.
-pub fn error_meaning(code: i32) -> &'static str {
+pub(super) fn error_meaning(code: i32) -> &'static str {
     match code {
         0 => "no error",
         1 => "syntax of a parameter",

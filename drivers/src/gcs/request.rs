@@ -10,7 +10,7 @@ pub enum RecordOption {
     Target,
     /// Position as measured.
     Position,
-    /// Their difference.
+    /// Target minus measured position.
     PositionError,
     /// Piezo voltage of an output channel.
     PiezoVoltage,

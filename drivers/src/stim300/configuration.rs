@@ -96,7 +96,7 @@ impl ForceUnit {
 pub enum PpsUnit {
     /// Filtered level of the input, 0 to 1.
     Filtered,
-    /// The same, delayed.
+    /// Filtered level of the input, delayed by 5 ms.
     FilteredDelayed,
     /// Time since the input was last found low, µs.
     TimeSinceLow,

@@ -84,7 +84,7 @@ impl Opening {
             self.text.push(&bytes[..count]);
             while let Some(found) = self.parser.next() {
                 if let Found::Special(special) = found {
-                    self.told(&special)?;
+                    self.take_special(&special)?;
                 }
             }
             if count < READ_BYTES {
@@ -110,7 +110,7 @@ impl Opening {
     }
 
     /// Takes what a special datagram says; at power-up they come unasked.
-    fn told(&mut self, special: &Special) -> Result<(), DeviceError> {
+    fn take_special(&mut self, special: &Special) -> Result<(), DeviceError> {
         if self.step != Step::Ask {
             return Ok(());
         }

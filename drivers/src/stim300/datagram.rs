@@ -13,7 +13,7 @@ pub(super) const LONGEST_DATAGRAM: usize = 63;
 /// The last field of a measurement datagram.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Input {
-    /// None.
+    /// No such field.
     #[default]
     None,
     /// Pulse-per-second input.
@@ -112,7 +112,7 @@ pub enum SpecialKind {
 }
 
 impl SpecialKind {
-    /// All of them, in the order of the table below.
+    /// Kinds of special datagrams in the order of the tables below.
     pub(super) const ALL: [Self; 5] =
         [Self::PartNumber, Self::SerialNumber, Self::Configuration, Self::BiasTrim, Self::ExtendedError];
     /// Identifiers without and with CR LF behind the datagram.

@@ -37,7 +37,12 @@ impl Text {
 
     /// The error message among the lines, if there is one.
     pub(super) fn error(&self) -> Option<String> {
-        let is_error = |line: &&[u8]| matches!(line, [b'E', a, b, c, b' ', ..] if [a, b, c].iter().all(|digit| digit.is_ascii_digit()));
+        let is_error = |line: &&[u8]| {
+            let number = line.strip_prefix(b"E").and_then(|rest| rest.first_chunk::<4>());
+            number.is_some_and(|[a, b, c, space]| {
+                [a, b, c].iter().all(|digit| digit.is_ascii_digit()) && *space == b' '
+            })
+        };
         let line = self.bytes.split(|byte| *byte == b'\r').find(is_error)?;
         Some(String::from_utf8_lossy(line).into_owned())
     }

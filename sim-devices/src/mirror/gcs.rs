@@ -105,7 +105,7 @@ impl GcsMirror {
         let now_ns = nanoseconds(step as f64 * self.step_s);
         let mut byte = [0];
         while self.incoming.take(now_ns, &mut byte) == 1 {
-            self.hear(byte[0]);
+            self.receive(byte[0]);
         }
         self.send(now_ns);
         self.mirror.step(step);
@@ -131,7 +131,7 @@ impl GcsMirror {
         }
     }
 
-    fn hear(&mut self, byte: u8) {
+    fn receive(&mut self, byte: u8) {
         match byte {
             MOTION_STATUS => self.replies.extend(format!("{:X}\n", self.moving()).bytes()),
             STOP_ALL => self.stop(),

@@ -61,7 +61,7 @@ impl Console {
     }
 
     /// A character in Normal mode. Only a complete, correct command in upper case does anything.
-    pub(super) fn hear(&mut self, byte: u8) -> Option<Order> {
+    pub(super) fn normal_mode(&mut self, byte: u8) -> Option<Order> {
         if byte != b'\r' {
             if self.line.len() < LINE_BYTES {
                 self.line.push(byte);
@@ -86,7 +86,7 @@ impl Console {
     }
 
     /// A character in service mode: what goes back, and what the unit does.
-    pub(super) fn type_in(&mut self, byte: u8, setup: &mut Stim300Setup) -> (Vec<u8>, Option<Order>) {
+    pub(super) fn service_mode(&mut self, byte: u8, setup: &mut Stim300Setup) -> (Vec<u8>, Option<Order>) {
         let mut reply = vec![byte];
         if let Some(question) = self.question.take() {
             let outcome = self.answer(question, byte, setup);

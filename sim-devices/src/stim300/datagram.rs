@@ -141,13 +141,13 @@ pub(super) fn range_g(range: AccelerometerRange) -> f64 {
 /// Part number of the simulated unit: fifteen digits and the revision letter in their half bytes.
 pub(super) fn part_number() -> [u8; 15] {
     let d = PART_DIGITS;
+    let pair = |high: usize, low: usize| d[high] << 4 | d[low];
     let mut bytes = [0; 15];
     bytes[0] = d[0];
-    (bytes[1], bytes[2]) = (d[1] << 4 | d[2], d[3] << 4 | d[4]);
-    bytes[3] = b'-';
-    (bytes[4], bytes[5], bytes[6]) = (d[5] << 4 | d[6], d[7] << 4 | d[8], d[9] << 4 | d[10]);
-    bytes[7] = b'-';
-    (bytes[8], bytes[9], bytes[10]) = (d[12] << 4 | d[13], d[14] << 4, d[11]);
+    bytes[1..4].copy_from_slice(&[pair(1, 2), pair(3, 4), b'-']);
+    bytes[4..8].copy_from_slice(&[pair(5, 6), pair(7, 8), pair(9, 10), b'-']);
+    // Digits 13 and 15 have their upper halves in other bytes: 0 for a figure.
+    bytes[8..11].copy_from_slice(&[pair(12, 13), d[14] << 4, d[11]]);
     bytes[14] = b'S';
     bytes
 }
@@ -158,7 +158,7 @@ pub(super) fn serial_number() -> [u8; 15] {
 }
 
 const PART_DIGITS: [u8; 15] = [0, 0, 3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1];
-/// The same in the text of service mode.
+/// The part number in the text of service mode.
 pub(super) const PART_NUMBER: &str = "00300-0000000-001 REV S";
 /// The serial number in the text of service mode.
 pub(super) const SERIAL_NUMBER: &str = "N00000000000300-SIM";

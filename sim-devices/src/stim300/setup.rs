@@ -108,12 +108,13 @@ impl Stim300Setup {
             | u8::from(self.line_end);
         bytes[3] = (bit_rate_code as u8) << 4 | u8::from(self.is_terminated);
         bytes[4] = all_axes | u8::from(self.is_gyro_delayed) << 3 | gyro_code(self.gyro_unit);
-        (bytes[5], bytes[6]) = (0x44, 0x40);
+        // Codes of 262 Hz.
+        bytes[5..7].copy_from_slice(&[0x44, 0x40]);
         bytes[7] = all_axes | force_code(self.accelerometer_unit);
-        (bytes[8], bytes[9]) = (0x44, 0x40);
+        bytes[8..10].copy_from_slice(&[0x44, 0x40]);
         bytes[10] = all_axes;
         // PPS: time since the input was found high.
-        (bytes[11], bytes[12]) = (0x44, 0x43);
+        bytes[11..13].copy_from_slice(&[0x44, 0x43]);
         bytes[13] = u8::from(has_pps) << 3 | 4;
         bytes[16] = range << 4 | range;
         bytes[17] = range << 4;

@@ -94,7 +94,9 @@ impl Recorder {
 
     fn start(&mut self) {
         self.tables.iter_mut().for_each(|table| table.points.clear());
-        (self.is_armed, self.is_recording, self.cycles) = (false, true, 0);
+        self.is_armed = false;
+        self.is_recording = true;
+        self.cycles = 0;
     }
 
     /// One cycle of the servo has ended.
@@ -142,11 +144,13 @@ impl Recorder {
         let axis = axis(source)?;
         let quantity = Quantity::by_option(whole(option)?).ok_or(NO_SUCH_OPTION)?;
         let table = &mut self.tables[place];
-        (table.axis, table.quantity) = (axis, quantity);
+        table.axis = axis;
+        table.quantity = quantity;
         Ok(vec![])
     }
 
-    /// `DRT 0 source value`: 0 is the default of the controller, here the same as 1; 1 a command that changes a position; 4 at once.
+    /// `DRT 0 source value`: 0 is the default of the controller, here the same as 1; 1 is a command that changes a position; 4 is
+    /// at once.
     fn set_trigger(&mut self, arguments: &[&str]) -> Answer {
         let [table, source, _] = arguments else { return Err(WRONG_COUNT) };
         if *table != "0" {
@@ -173,7 +177,8 @@ impl Recorder {
     /// `DRR? first count table…`: header and rows.
     fn read(&self, arguments: &[&str], step_s: f64) -> Answer {
         let [first, count, names @ ..] = arguments else { return Err(WRONG_COUNT) };
-        let (first, count) = (whole(first)? as usize, whole(count)? as usize);
+        let first = whole(first)? as usize;
+        let count = whole(count)? as usize;
         let places: Vec<usize> = names.iter().map(|name| self.place(name)).collect::<Result<_, _>>()?;
         if first == 0 || places.is_empty() {
             return Err(OUT_OF_RANGE);
