@@ -4,7 +4,6 @@
 //! the frame, so [`Opening`] asks for it, changes what differs and reads it back before [`Kvh`] exists.
 
 mod configure;
-mod crc;
 mod frame;
 mod parser;
 #[cfg(test)]
@@ -13,11 +12,12 @@ mod tests;
 use std::time::Duration;
 
 pub use self::configure::Opening;
-pub use self::crc::crc32;
 pub use self::frame::{BitReport, Format, Message, Temperature};
-pub use self::parser::{Found, Parser, Tally};
+pub use self::parser::{Found, Parser};
+pub use crate::framing::Tally;
 
 use crate::device::{Channel, DeviceError, Width};
+use crate::framing::{Arrival, STALE_PERIODS};
 use crate::wire::ByteLine;
 
 /// The g in which the unit reports specific force, m/s²: standard gravity (CGPM 1901).
@@ -28,6 +28,9 @@ pub const HEALTHY_STATUS: u8 = 0x77;
 const STATUS_BITS: [u8; 6] = [0, 1, 2, 4, 5, 6];
 /// Bytes read from the line at once: room for three frames of any format.
 const READ_BYTES: usize = 128;
+
+/// Bits of a character on the line: start, eight data bits, stop (ICD 56-0298).
+const BITS_PER_BYTE: f64 = 10.0;
 
 /// Who decides when a message is sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,6 +84,10 @@ pub struct Sample {
     pub sequence: u8,
     /// Time of the unit in µs, modulo 2³²; format B only.
     pub timestamp_us: Option<u32>,
+    /// Latest time since the start of the run at which its transmission can have begun: that of the poll less the time of
+    /// its bytes, and of those behind it, on the wire. The transmission may have begun earlier by the time between two polls at
+    /// the most. What the unit needs from the sampling to the first bit is not known and not taken off.
+    pub sent_at: Duration,
 }
 
 /// A unit whose configuration has been verified and which sends messages.
@@ -89,12 +96,15 @@ pub struct Kvh {
     settings: KvhSettings,
     identity: KvhIdentity,
     parser: Parser,
+    arrival: Arrival,
     /// Factor from a rotation field to rad/s: 1 for rates in rad/s, the message rate in Hz for increments in rad.
     rotation_factor: f64,
     /// The newest message; all 0 before the first.
     last: Sample,
     /// Whether any message has come yet.
     seen: bool,
+    /// Poll that found the newest message.
+    found_at: Duration,
     /// Ticks since the newest message arrived.
     age_ticks: u16,
     /// Messages that came with the last poll.
@@ -126,9 +136,11 @@ impl Kvh {
             settings,
             identity,
             parser: Parser::default(),
+            arrival: Arrival::default(),
             rotation_factor,
             last: Sample::default(),
             seen: false,
+            found_at: Duration::ZERO,
             age_ticks: 0,
             new_count: 0,
             missed_count: 0,
@@ -151,6 +163,10 @@ impl Kvh {
                 break;
             }
         }
+        if messages_count > 0 {
+            self.found_at = now;
+            self.last.sent_at = self.arrival.began(now, BITS_PER_BYTE / f64::from(self.settings.baud));
+        }
         self.new_count = messages_count;
         self.age_ticks = if messages_count > 0 { 0 } else { self.age_ticks.saturating_add(1) };
         Ok(messages_count)
@@ -159,10 +175,12 @@ impl Kvh {
     /// Parses the next bytes of the stream, in pieces of any size. Returns the number of messages that they completed.
     fn take(&mut self, bytes: &[u8]) -> u32 {
         self.parser.push(bytes);
+        self.arrival.bytes_came(bytes.len());
         let mut messages_count = 0;
         while let Some(found) = self.parser.next() {
             match found {
                 Found::Message(message) => {
+                    self.arrival.frame_found(message.format.bytes(), self.parser.waiting_bytes());
                     self.accept(&message);
                     messages_count += 1;
                 }
@@ -198,6 +216,7 @@ impl Kvh {
             status: message.status,
             sequence: message.sequence,
             timestamp_us: message.timestamp_us,
+            sent_at: self.last.sent_at,
         };
     }
 
@@ -222,6 +241,12 @@ impl Kvh {
             found,
             help: "a gyro that has just been powered needs its start-up time; then query ?BIT",
         })
+    }
+
+    /// Whether no message has come for ten periods, or none at all.
+    pub fn is_stale(&self, now: Duration) -> bool {
+        let silent_s = now.saturating_sub(self.found_at).as_secs_f64();
+        !self.seen || silent_s > STALE_PERIODS / self.settings.message_rate_hz
     }
 
     /// Ticks since the newest message arrived.

@@ -4,10 +4,14 @@
 pub mod analyser;
 mod answer;
 pub mod cia402;
+pub mod crc32;
 pub mod device;
+mod framing;
+pub mod gcs;
 pub mod kvh;
 pub mod mirror;
 pub mod scope;
 pub mod scpi;
+pub mod stim300;
 pub mod tracker;
 pub mod wire;

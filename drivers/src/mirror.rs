@@ -1,7 +1,7 @@
 //! Fast steering mirror: analog and serial command channels, strain gauge feedback.
 //!
 //! The unit is configured over its serial line (CEDRAT CCBu40 style, see [`protocol`]); commands and feedback then go
-//! over analog channels or over that line. The richer PI GCS 2.0 command set is not spoken.
+//! over analog channels or over that line. Controllers that speak PI's GCS 2.0 have a driver of their own, [`crate::gcs`].
 //!
 //! Index 0 is azimuth (X on the unit), 1 elevation (Y). Angles are mechanical tilts of the mirror, not of the line of
 //! sight.

@@ -9,7 +9,6 @@ mod configuration;
 mod message;
 #[cfg(test)]
 mod tests;
-mod transmitter;
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -18,11 +17,12 @@ use std::time::Duration;
 pub use self::command::BAUDS;
 use self::command::Interpreter;
 use self::configuration::Configuration;
-use self::transmitter::Transmitter;
+use crate::inertial_unit::InertialSensors;
+pub use crate::inertial_unit::MessageFault;
 use crate::motion::Motion;
-use crate::physics::inertial::{Felt, Mount, Sensor, SensorErrors};
 use crate::physics::noise::{Noise, SeedAddress};
-use crate::unit::{ImuSettings, warmed_degc};
+use crate::transmitter::{Transmitter, nanoseconds, whole_nanoseconds};
+use crate::unit::ImuSettings;
 use drivers::device::DeviceError;
 use drivers::wire::ByteLine;
 
@@ -32,32 +32,14 @@ const HEALTHY: u8 = 0x77;
 const STARTING: u8 = 0x70;
 /// Size of what stands in the gyro fields before the gyros are valid, rad/s (a real capture: 2 rad/s).
 const GARBAGE_RAD_PER_S: f64 = 2.0;
-const GYROS: [&str; 3] = ["imu.gyro-x", "imu.gyro-y", "imu.gyro-z"];
-const ACCELEROMETERS: [&str; 3] = ["imu.accelerometer-x", "imu.accelerometer-y", "imu.accelerometer-z"];
-
-/// What can go wrong with a message.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum MessageFault {
-    /// A bit of the checksum is wrong.
-    Checksum,
-    /// The message is not sent; its number is used up.
-    Dropped,
-    /// The unit says that gyro X is not valid.
-    InvalidStatus,
-}
 
 /// The unit.
 #[derive(Clone, Debug)]
 pub struct Kvh {
-    mount: Mount,
-    gyros: [Sensor; 3],
-    gyro_signs: [f64; 3],
-    accelerometers: [Sensor; 3],
+    sensors: InertialSensors,
     garbage: Noise,
     pulse_s: f64,
     startup_s: f64,
-    temperature_degc: f64,
-    warming: Warming,
     configuration: Configuration,
     interpreter: Interpreter,
     transmitter: Transmitter,
@@ -66,12 +48,9 @@ pub struct Kvh {
     /// Instants of the own data rate that have passed.
     data_count: u64,
     sequence: u8,
-    fault: Option<(MessageFault, u32)>,
     silent: bool,
-    frozen: bool,
-    offset_rad_per_s: f64,
-    /// What the last message said.
-    said: ([f64; 3], [f64; 3]),
+    /// Bytes of the built-in test, bit 1 = passed.
+    self_tests: [u8; 8],
 }
 
 impl Kvh {
@@ -79,30 +58,19 @@ impl Kvh {
     /// on its MSYNC input.
     pub fn new(imu: &ImuSettings, address: &SeedAddress, pulse_rate_hz: f64) -> Self {
         let pulse_s = 1.0 / pulse_rate_hz;
-        let sensors = |names: [&str; 3], errors: [SensorErrors; 3]| {
-            [0, 1, 2].map(|k| Sensor::new(&errors[k], address, names[k], pulse_s))
-        };
         let mut unit = Self {
-            mount: Mount::new(imu),
-            gyros: sensors(GYROS, gyro_errors(imu)),
-            gyro_signs: imu.gyro_sign_factor.map(f64::signum),
-            accelerometers: sensors(ACCELEROMETERS, accelerometer_errors(imu)),
+            sensors: InertialSensors::new(imu, address, pulse_s),
             garbage: Noise::new(address, "imu.garbage", GARBAGE_RAD_PER_S),
             pulse_s,
             startup_s: imu.startup_s,
-            temperature_degc: imu.temperature_degc,
-            warming: Warming::new(imu),
             configuration: Configuration::factory(imu),
             interpreter: Interpreter::default(),
             transmitter: Transmitter::new(imu.baud_count),
             before: None,
             data_count: 0,
             sequence: 0,
-            fault: None,
             silent: false,
-            frozen: false,
-            offset_rad_per_s: 0.0,
-            said: Default::default(),
+            self_tests: [0x7F; 8],
         };
         unit.interpreter.ask_for_bit(6);
         unit
@@ -110,7 +78,7 @@ impl Kvh {
 
     /// The unit at a point that begins so long after the beginning of the campaign, by the plan.
     pub(crate) fn after(mut self, planned_s: f64) -> Self {
-        self.warming.planned_s = planned_s;
+        self.sensors.begin_after(planned_s);
         self
     }
 
@@ -131,8 +99,7 @@ impl Kvh {
         if self.interpreter.in_config_mode() {
             return;
         }
-        let felt = self.mount.feel(&mean);
-        self.report(tick, now_s, averaging_s, &felt);
+        self.report(tick, now_s, averaging_s, &mean);
     }
 
     /// Whether this pulse makes a message.
@@ -151,27 +118,15 @@ impl Kvh {
         if self.configuration.external { self.pulse_s } else { 1.0 / self.configuration.data_rate_hz }
     }
 
-    fn report(&mut self, tick: u64, now_s: f64, averaging_s: f64, felt: &Felt) {
-        let mut rates = [0.0; 3];
-        let mut forces = [0.0; 3];
-        let warmer_degc = self.warming.degc(now_s);
-        for k in 0..3 {
-            let felt_rate = self.warming.of_rate(felt.rate_rad_per_s[k], warmer_degc);
-            let rate = self.gyros[k].read(tick, averaging_s, felt_rate);
-            rates[k] = self.gyro_signs[k] * rate;
-            forces[k] = self.accelerometers[k].read(tick, averaging_s, felt.specific_force_m_per_s2[k]);
-        }
+    fn report(&mut self, tick: u64, now_s: f64, averaging_s: f64, mean: &Motion) {
+        let mut measured = self.sensors.measure(tick, now_s, averaging_s, mean);
         let mut status = HEALTHY;
         if now_s < self.startup_s {
             status = STARTING;
-            rates = [0, 1, 2].map(|k| self.garbage.at(3 * tick + k));
+            measured.rate_rad_per_s = [0, 1, 2].map(|k| self.garbage.at(3 * tick + k));
         }
-        rates = rates.map(|rate| rate + self.offset_rad_per_s);
-        if self.frozen {
-            (rates, forces) = self.said;
-        }
-        self.said = (rates, forces);
-        let fault = self.take_fault();
+        let reported = self.sensors.report(measured);
+        let fault = self.sensors.take_fault();
         if fault == Some(MessageFault::InvalidStatus) {
             status &= !1;
         }
@@ -181,9 +136,9 @@ impl Kvh {
             return;
         }
         let content = message::Content {
-            rotation: self.configuration.rotation(rates, averaging_s),
-            acceleration: self.configuration.acceleration(forces, averaging_s),
-            temperature: self.configuration.temperature(self.temperature_degc + warmer_degc),
+            rotation: self.configuration.rotation(reported.rate_rad_per_s, averaging_s),
+            acceleration: self.configuration.acceleration(reported.force_m_per_s2, averaging_s),
+            temperature: self.configuration.temperature(self.sensors.temperature_degc(now_s)),
             time_s: now_s,
             status,
             sequence,
@@ -200,23 +155,21 @@ impl Kvh {
     /// A report of the built-in test that is due goes out after a message.
     fn send_bit_report(&mut self, now_s: f64) {
         if let Some(length) = self.interpreter.take_bit_request() {
-            let mut report = [0x7F; 13];
-            report[..4].copy_from_slice(&[0xFE, 0x81, 0x00, if length == 6 { 0xAA } else { 0xAB }]);
-            let sum = report[..4 + length].iter().fold(0_u8, |sum, &byte| sum.wrapping_add(byte));
-            report[4 + length] = sum;
-            self.transmitter.append(nanoseconds(now_s), &report[..5 + length]);
+            let report = message::bit_report(&self.self_tests, length);
+            self.transmitter.append(nanoseconds(now_s), report.bytes());
         }
     }
 
-    fn take_fault(&mut self) -> Option<MessageFault> {
-        let (fault, count) = self.fault.take()?;
-        self.fault = (count > 1).then(|| (fault, count - 1));
-        Some(fault)
+    /// A test of the built-in test fails from now on: 0 to 55, seven to a byte; the first 42 are in the short report too.
+    pub fn fail_self_test(&mut self, test: usize) {
+        if let Some(byte) = self.self_tests.get_mut(test / 7) {
+            *byte &= !(1 << (test % 7));
+        }
     }
 
     /// Spoils the next `count` messages.
     pub fn inject(&mut self, fault: MessageFault, count: u32) {
-        self.fault = (count > 0).then_some((fault, count));
+        self.sensors.inject(fault, count);
     }
 
     /// The unit sends no message any more.
@@ -226,12 +179,12 @@ impl Kvh {
 
     /// The unit goes on sending the rates and accelerations of its last message, numbered and summed as they should be.
     pub(crate) fn freeze(&mut self) {
-        self.frozen = true;
+        self.sensors.freeze();
     }
 
     /// The gyros read this much more from now on, rad/s.
     pub(crate) fn shift_gyros(&mut self, by_rad_per_s: f64) {
-        self.offset_rad_per_s += by_rad_per_s;
+        self.sensors.shift_gyros(by_rad_per_s);
     }
 
     /// Bytes that have arrived at the host by `now`.
@@ -249,80 +202,6 @@ impl Kvh {
             }
         }
     }
-}
-
-/// How the unit warms up over a campaign, and what that makes of its gyros.
-#[derive(Clone, Copy, Debug)]
-struct Warming {
-    planned_s: f64,
-    rise_degc: f64,
-    time_constant_s: f64,
-    scale_per_k_ratio: f64,
-    bias_per_k_rad_per_s: f64,
-}
-
-impl Warming {
-    fn new(imu: &ImuSettings) -> Self {
-        Self {
-            planned_s: 0.0,
-            rise_degc: imu.warm_up_degc,
-            time_constant_s: imu.warm_up_time_s,
-            scale_per_k_ratio: imu.gyro_scale_per_k_ratio,
-            bias_per_k_rad_per_s: imu.gyro_bias_per_k_rad_per_s,
-        }
-    }
-
-    /// What the unit is warmer at a time of the point than when the campaign began.
-    fn degc(&self, now_s: f64) -> f64 {
-        if self.rise_degc == 0.0 {
-            return 0.0;
-        }
-        warmed_degc(self.rise_degc, self.time_constant_s, self.planned_s + now_s)
-    }
-
-    /// What a gyro that is so much warmer makes of a rate.
-    fn of_rate(&self, rate_rad_per_s: f64, warmer_degc: f64) -> f64 {
-        if warmer_degc == 0.0 {
-            return rate_rad_per_s;
-        }
-        (1.0 + self.scale_per_k_ratio * warmer_degc) * rate_rad_per_s
-            + self.bias_per_k_rad_per_s * warmer_degc
-    }
-}
-
-fn gyro_errors(imu: &ImuSettings) -> [SensorErrors; 3] {
-    [0, 1, 2].map(|k| SensorErrors {
-        random_walk_per_sqrt_hz: imu.gyro_random_walk_rad_per_sqrt_s * imu.gyro_noise_factor,
-        bias_instability: imu.gyro_bias_instability_rad_per_s,
-        // K·√t is what a random walk gathers in t.
-        rate_walk_per_sqrt_s: imu.gyro_hourly_walk_rad_per_s / 3600.0_f64.sqrt(),
-        bias: imu.gyro_bias_rad_per_s[k],
-        scale_error_ratio: imu.gyro_scale_error_ratio[k],
-        quantum: imu.gyro_quantum_rad_per_s,
-        spike: imu.gyro_spike_rad_per_s,
-        spike_rate_hz: imu.gyro_spike_rate_hz,
-    })
-}
-
-fn accelerometer_errors(imu: &ImuSettings) -> [SensorErrors; 3] {
-    [0, 1, 2].map(|k| SensorErrors {
-        random_walk_per_sqrt_hz: imu.accelerometer_random_walk_m_per_s_per_sqrt_s,
-        bias_instability: imu.accelerometer_bias_instability_m_per_s2,
-        rate_walk_per_sqrt_s: 0.0,
-        bias: imu.accelerometer_bias_m_per_s2[k],
-        scale_error_ratio: imu.accelerometer_scale_error_ratio[k],
-        quantum: 0.0,
-        spike: 0.0,
-        spike_rate_hz: 0.0,
-    })
-}
-
-fn nanoseconds(seconds: f64) -> u64 {
-    (seconds * 1e9).round() as u64
-}
-
-fn whole_nanoseconds(now: Duration) -> u64 {
-    u64::try_from(now.as_nanos()).unwrap_or(u64::MAX)
 }
 
 /// The host's end of the line to a unit that others hold too.

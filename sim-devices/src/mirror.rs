@@ -9,6 +9,7 @@
 //! optical gain (3.5355 and 2.5). Zero is mid-stroke. Functions that take an axis panic for anything but 0 and 1.
 
 mod actuator;
+mod gcs;
 mod lag;
 mod mechanism;
 mod orders;
@@ -18,6 +19,8 @@ mod servo;
 mod tests;
 
 use controllers::mirror::MirrorController;
+
+pub use self::gcs::{GcsLine, GcsMirror};
 
 use self::actuator::Actuator;
 use self::lag::{Delay, Lag};

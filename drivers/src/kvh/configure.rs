@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::{Kvh, KvhIdentity, KvhSettings, Synchronisation};
+use super::{BITS_PER_BYTE, Kvh, KvhIdentity, KvhSettings, Synchronisation};
 use crate::device::DeviceError;
 use crate::wire::ByteLine;
 
@@ -10,8 +10,6 @@ use crate::wire::ByteLine;
 const TRIES_COUNT: u32 = 3;
 /// Longest line of text that an answer can be.
 const LINE_BYTES: usize = 160;
-/// Bits of a character on the line: start, eight data bits, stop.
-const BITS_PER_BYTE: f64 = 10.0;
 
 /// One entry of the unit's configuration.
 #[derive(Clone, Debug)]

@@ -1,6 +1,6 @@
 //! Messages and reports of the built-in test: layout (ICD 56-0298, bytes counted from 0 here).
 
-use super::crc::crc32;
+use crate::crc32::crc32;
 
 /// First three bytes of a message.
 pub(super) const MESSAGE_HEADER: [u8; 3] = [0xFE, 0x81, 0xFF];
@@ -56,6 +56,52 @@ pub struct BitReport {
     bytes: [u8; 8],
     length: usize,
 }
+
+/// Tests of the first six bytes, seven to a byte.
+const TEST_NAMES: [&str; 42] = [
+    "gyro X SLD",
+    "gyro X MODDAC",
+    "gyro X phase",
+    "gyro X flash",
+    "gyro X PZT temperature",
+    "gyro X SLD temperature",
+    "gyro Y SLD",
+    "gyro Y MODDAC",
+    "gyro Y phase",
+    "gyro Y flash",
+    "gyro Y PZT temperature",
+    "gyro Y SLD temperature",
+    "gyro Z SLD",
+    "gyro Z MODDAC",
+    "gyro Z phase",
+    "gyro Z flash",
+    "gyro Z PZT temperature",
+    "gyro Z SLD temperature",
+    "accelerometer X",
+    "accelerometer X temperature",
+    "accelerometer Y",
+    "accelerometer Y temperature",
+    "accelerometer Z",
+    "accelerometer Z temperature",
+    "GCB temperature",
+    "IMU temperature",
+    "GCB DSP flash",
+    "GCB FPGA flash",
+    "IMU DSP flash",
+    "IMU FPGA flash",
+    "GCB 1.2 V",
+    "GCB 3.3 V",
+    "GCB 5 V",
+    "IMU 1.2 V",
+    "IMU 3.3 V",
+    "IMU 5 V",
+    "IMU 15 V",
+    "GCB FPGA",
+    "IMU FPGA",
+    "high-speed SPORT",
+    "auxiliary SPORT",
+    "software",
+];
 
 /// What a header announces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -169,6 +215,14 @@ impl BitReport {
     /// Numbers of the tests that failed, seven to a byte, test 0 in bit 0 of the first byte.
     pub fn failed(&self) -> impl Iterator<Item = usize> + '_ {
         (0..7 * self.length).filter(|test| self.bytes[test / 7] >> (test % 7) & 1 == 0)
+    }
+
+    /// What a test is of, by its number in [`BitReport::failed`]. These are the names and the order of the 1750, from a public
+    /// driver (`TRECVT/ros_kvh1750`); the tables of the 1775 (ICD 56-0298, 5-12 to 5-19) were not at hand. Of the 1775 it is known
+    /// that test 16 is the FOG temperature of gyro X, test 45 the offset of the magnetometer and test 48 a voltage of the gyro
+    /// control board (GCB).
+    pub fn name(test: usize) -> &'static str {
+        TEST_NAMES.get(test).copied().unwrap_or("not named")
     }
 
     /// Whether every test passed.

@@ -1,6 +1,7 @@
 mod configure;
 
 use super::*;
+use crate::crc32::crc32;
 use proptest::prelude::*;
 
 /// Bytes as printed in documents.
@@ -127,6 +128,10 @@ fn reports_of_the_built_in_test_are_checked_by_their_sum() {
     assert_eq!(magnetometer.failed().collect::<Vec<_>>(), [6 * 7 + 3, 6 * 7 + 6]);
     let flash = good("FE 81 00 AA 77 7F 7B 7F 7F 7F 17").expect("with the right sum");
     assert_eq!(flash.failed().collect::<Vec<_>>(), [3, 2 * 7 + 2]);
+    assert_eq!(
+        (BitReport::name(3), BitReport::name(41), BitReport::name(48)),
+        ("gyro X flash", "software", "not named")
+    );
     assert_eq!(flash.bytes().len(), 6);
     assert_eq!(good("FE 81 00 AA 77 7F 7B 7F 7F 7F 1E"), None, "as printed in the manual: wrong");
     assert_eq!(good("FE 81 00 AA 7F 7F 7F 7F 7F 7F 7F 7F 23"), None, "as printed in the manual: wrong");
@@ -149,13 +154,47 @@ fn rates_and_increments_both_come_out_in_radians_per_second() {
 #[test]
 fn invalid_gyros_are_an_error_that_names_the_status() {
     let mut imu = driver(true);
-    assert!(imu.valid_sample().is_err());
+    assert!(imu.valid_sample().is_err() && imu.is_stale(Duration::ZERO));
     imu.take(&bytes(EARLY));
     let error = imu.valid_sample().expect_err("70h").to_string();
     assert!(error.starts_with("imu: status byte: expected 77h, found 70h"), "{error}");
     assert_eq!(imu.sample().expect("it arrived").valid, [false, false, false, true, true, true]);
     imu.take(&bytes(BASIC));
     assert!(imu.valid_sample().is_ok());
+}
+
+/// 36 bytes at 4147200 bit/s take 86.8 µs (ICD 56-0298: 10 bits a character).
+#[test]
+fn a_message_was_sent_its_bytes_and_those_behind_it_before_the_poll() {
+    struct Waiting(Vec<u8>);
+    impl ByteLine for Waiting {
+        fn name(&self) -> &str {
+            "line"
+        }
+        fn read(&mut self, _: Duration, into: &mut [u8]) -> Result<usize, DeviceError> {
+            let count = into.len().min(self.0.len());
+            into[..count].copy_from_slice(&self.0[..count]);
+            self.0.drain(..count);
+            Ok(count)
+        }
+        fn write(&mut self, _: Duration, _: &[u8]) -> Result<(), DeviceError> {
+            Ok(())
+        }
+    }
+    let now = Duration::from_millis(7);
+    for (behind, expected_us) in [(0, 86.806), (12, 86.806 + 28.935), (35, 86.806 + 84.394)] {
+        let mut imu = driver(true);
+        // Five messages: more than one read of the driver's buffer.
+        let mut stream = bytes(&[A; 5].join(" "));
+        stream.extend(&bytes(A)[..behind]);
+        assert_eq!(imu.poll(&mut Waiting(stream), now).expect("the line is there"), 5);
+        let sent_us = (now - imu.sample().expect("five").sent_at).as_secs_f64() * 1e6;
+        assert!((sent_us - expected_us).abs() < 2e-3, "{behind} bytes behind: {sent_us} µs");
+        assert_eq!(imu.poll(&mut Waiting(Vec::new()), 2 * now).expect("the line is there"), 0);
+        assert!(imu.sample().expect("five").sent_at < now, "an old message keeps its time");
+        // Ten periods at 1 kHz.
+        assert_eq!([10, 11].map(|ms| imu.is_stale(now + Duration::from_millis(ms))), [false, true]);
+    }
 }
 
 #[test]

@@ -1,3 +1,5 @@
+mod vectors;
+
 use std::collections::VecDeque;
 
 use super::protocol::*;

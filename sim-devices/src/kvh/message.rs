@@ -1,6 +1,7 @@
 //! A message as bytes (ICD 56-0298): written here on its own, the driver's reader must agree.
 
-use drivers::kvh::{Format, crc32};
+use drivers::crc32::crc32;
+use drivers::kvh::Format;
 
 /// What a message says, in the units that are configured.
 #[derive(Clone, Copy, Debug)]
@@ -56,6 +57,16 @@ impl Content {
             _ => 0.4,
         }
     }
+}
+
+/// A report of the built-in test with six or eight bytes, and its sum.
+pub(super) fn bit_report(tests: &[u8; 8], length: usize) -> Frame {
+    let mut frame = Frame { bytes: [0; 40], length: 0 };
+    frame.put([0xFE, 0x81, 0x00, if length == 6 { 0xAA } else { 0xAB }]);
+    tests.iter().take(length).for_each(|&byte| frame.put([byte]));
+    let sum = frame.bytes().iter().fold(0_u8, |sum, &byte| sum.wrapping_add(byte));
+    frame.put([sum]);
+    frame
 }
 
 impl Frame {

@@ -1,6 +1,7 @@
 mod faults;
 mod geometry;
 mod protocol;
+mod vectors;
 
 use super::*;
 use crate::unit::UnitSettings;

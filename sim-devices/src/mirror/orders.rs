@@ -49,7 +49,7 @@ impl Mirror {
     }
 
     /// Closes the loop without a bump, from the actuator demand as it is; a broken one stays open.
-    fn close_loop(&mut self, axis: usize, closed: bool) {
+    pub(super) fn close_loop(&mut self, axis: usize, closed: bool) {
         let works = self.settings.strain_gauge_loop_switch >= 0.5;
         let axis = &mut self.axes[axis];
         if closed && works && !axis.closed {

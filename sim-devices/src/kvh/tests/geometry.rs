@@ -1,6 +1,7 @@
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use super::*;
+use crate::physics::inertial::Mount;
 
 const ELEVATIONS_DEG: [f64; 9] = [-10.0, 0.0, 10.0, 30.0, 45.0, 60.0, 75.0, 89.9, 90.0];
 
@@ -165,7 +166,7 @@ fn a_unit_that_warms_up_has_the_scale_and_bias_of_its_place_in_the_plan() {
         };
         let mut unit = Kvh::new(&imu, &address(), RATE_HZ).after(planned_s);
         (0..3).for_each(|tick| unit.pulse(tick, &motion(tick)));
-        unit.said.0[2]
+        unit.sensors.reported().rate_rad_per_s[2]
     };
     for (planned_s, warmer) in [(0.0, 0.0), (300.0, 20.0 * (1.0 - (-1.0_f64).exp())), (36_000.0, 20.0)] {
         let expected = 0.5 * (1.0 + 60e-6 * warmer) + 1.5e-5 * warmer;

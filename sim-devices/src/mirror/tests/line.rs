@@ -130,6 +130,33 @@ fn both_channels_reach_the_command_and_read_it_back() {
     }
 }
 
+/// The manual's vector (CCBu40 v1.21): `Q2E` at -1.65 V is answered with FF FF EA E2, then `X`.
+#[test]
+fn the_unit_answers_in_the_bytes_of_the_manual() {
+    let settings = MirrorSettings { gauge_departure_ratio: 0.0, ..linear() };
+    let mut mirror = mirror(&settings);
+    for order in ["V2E", "T1E", "Z-1.65E"] {
+        assert_eq!(talk(&mut mirror, order, 4000).0, b"X", "{order}");
+    }
+    assert_eq!(
+        talk(&mut mirror, "Q2E", 100).0[..4],
+        (-5407_i32).to_be_bytes(),
+        "rounded; the manual cuts it off"
+    );
+    assert_eq!(talk(&mut mirror, "Z-1.6498E", 4000).0, b"X");
+    assert_eq!(talk(&mut mirror, "Q2E", 100).0, [0xFF, 0xFF, 0xEA, 0xE2, b'X']);
+    let set = talk(&mut mirror, "R2E", 200).0;
+    assert_eq!(set.len(), 61);
+    let words: Vec<i32> =
+        set[..60].as_chunks::<4>().0.iter().map(|bytes| i32::from_be_bytes(*bytes)).collect();
+    // Digital, -1.6498 V, closed; gains over 65536; second-order notch at 350 Hz; +- 2.1 V; firmware 1.00; 15-002.
+    assert_eq!((words[0], words[1], words[2]), (1, -5406, 1));
+    assert_eq!(words[3..6], [5243, 500 << 16, 0]);
+    assert_eq!(words[6..9], [2, 350, 0]);
+    assert_eq!(words[9], -words[10]);
+    assert_eq!(words[11..], [65_536, 100, 15_002, 0]);
+}
+
 #[test]
 fn characters_take_their_time_on_the_line() {
     // 19 200 bit/s: 4 characters out and back in 8 · 10 / 19 200 s = 83.3 steps.

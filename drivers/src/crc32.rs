@@ -1,4 +1,5 @@
-//! CRC-32/MPEG-2: polynomial 04C11DB7h, initial FFFFFFFFh, no reflection, no final inversion (ICD 56-0298).
+//! CRC-32/MPEG-2: polynomial 04C11DB7h, initial FFFFFFFFh, no reflection, no final inversion (KVH ICD 56-0298, Sensonor
+//! TS1524).
 
 const POLYNOMIAL: u32 = 0x04C1_1DB7;
 
@@ -34,8 +35,13 @@ const fn tables() -> [[u32; 256]; 4] {
 
 /// Checksum over all bytes that precede it in a frame, four bytes a step.
 pub fn crc32(bytes: &[u8]) -> u32 {
+    crc32_from(u32::MAX, bytes)
+}
+
+/// Goes on from the checksum of the bytes before.
+pub(crate) fn crc32_from(before: u32, bytes: &[u8]) -> u32 {
     let mut words = bytes.chunks_exact(4);
-    let mut crc = u32::MAX;
+    let mut crc = before;
     for word in &mut words {
         let mixed = crc ^ u32::from_be_bytes([word[0], word[1], word[2], word[3]]);
         let [a, b, c, d] = mixed.to_be_bytes().map(usize::from);
@@ -67,6 +73,8 @@ mod tests {
                 }
             }
             assert_eq!(crc32(&bytes[..length]), crc, "{length} bytes");
+            let (front, back) = bytes[..length].split_at(length / 3);
+            assert_eq!(crc32_from(crc32(front), back), crc, "{length} bytes in two parts");
         }
     }
 }

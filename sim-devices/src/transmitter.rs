@@ -1,10 +1,11 @@
-//! The serial transmitter of the simulated gyro, and the receive buffer of the host.
+//! The serial transmitter of a simulated device, and the receive buffer of the host.
 //!
 //! Bytes leave one after another at the bit rate. A byte has arrived when its stop bit has.
 
 use std::collections::VecDeque;
+use std::time::Duration;
 
-/// Start bit, eight data bits, stop bit (ICD 56-0298).
+/// Start bit, eight data bits, stop bit.
 const BITS_PER_BYTE: f64 = 10.0;
 /// Largest backlog on the line for which a message is still sent. A larger one means that the bit rate is too low for the
 /// message rate.
@@ -23,7 +24,7 @@ struct Burst {
 
 /// Bytes that were sent and not yet read. `free_ns` is the time at which the line becomes idle.
 #[derive(Clone, Debug)]
-pub(super) struct Transmitter {
+pub(crate) struct Transmitter {
     ns_per_byte: f64,
     bytes: VecDeque<u8>,
     bursts: VecDeque<Burst>,
@@ -49,7 +50,7 @@ impl Burst {
 
 impl Transmitter {
     /// An idle line with this bit rate, bit/s.
-    pub(super) fn new(baud: f64) -> Self {
+    pub(crate) fn new(baud: f64) -> Self {
         Self {
             ns_per_byte: BITS_PER_BYTE * 1e9 / baud,
             bytes: VecDeque::with_capacity(RECEIVER_BYTES),
@@ -59,12 +60,17 @@ impl Transmitter {
     }
 
     /// Sets the bit rate, bit/s, for what is sent from now on. Bytes already on the line keep theirs.
-    pub(super) fn set_baud(&mut self, baud: f64) {
+    pub(crate) fn set_baud(&mut self, baud: f64) {
         self.ns_per_byte = BITS_PER_BYTE * 1e9 / baud;
     }
 
+    /// Whether the line carries nothing at a time.
+    pub(crate) fn is_free(&self, at_ns: u64) -> bool {
+        self.free_ns <= at_ns
+    }
+
     /// Sends a message unless the backlog is too large; tells whether it was sent.
-    pub(super) fn send(&mut self, now_ns: u64, message: &[u8]) -> bool {
+    pub(crate) fn send(&mut self, now_ns: u64, message: &[u8]) -> bool {
         let backlog_ns = self.free_ns.saturating_sub(now_ns) as f64;
         if backlog_ns > BACKLOG_BYTES as f64 * self.ns_per_byte {
             return false;
@@ -74,7 +80,7 @@ impl Transmitter {
     }
 
     /// Queues bytes behind the backlog, however large it is. They are lost if the host's receive buffer cannot take them.
-    pub(super) fn append(&mut self, now_ns: u64, bytes: &[u8]) {
+    pub(crate) fn append(&mut self, now_ns: u64, bytes: &[u8]) {
         let start_ns = now_ns.max(self.free_ns);
         let burst =
             Burst { start_ns, bytes_count: bytes.len(), taken_count: 0, ns_per_byte: self.ns_per_byte };
@@ -86,7 +92,7 @@ impl Transmitter {
     }
 
     /// Reads bytes that have arrived into `into`, oldest first; gives their number.
-    pub(super) fn take(&mut self, now_ns: u64, into: &mut [u8]) -> usize {
+    pub(crate) fn take(&mut self, now_ns: u64, into: &mut [u8]) -> usize {
         let mut filled = 0;
         while let Some(burst) = self.bursts.front_mut() {
             let count = burst.arrived_count(now_ns).min(into.len() - filled);
@@ -105,6 +111,16 @@ impl Transmitter {
         }
         filled
     }
+}
+
+/// A time since the start of the point in whole nanoseconds.
+pub(crate) fn nanoseconds(seconds: f64) -> u64 {
+    (seconds * 1e9).round() as u64
+}
+
+/// A time of the host since the start of the point in whole nanoseconds.
+pub(crate) fn whole_nanoseconds(now: Duration) -> u64 {
+    u64::try_from(now.as_nanos()).unwrap_or(u64::MAX)
 }
 
 #[cfg(test)]
