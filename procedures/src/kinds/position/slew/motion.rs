@@ -212,7 +212,8 @@ fn end(
             course,
         }),
         Err(StepError::NotSettled { seconds }) => {
-            Ok(End { cue, response: None, settling_s: seconds - planned_s, settling_u_s: 0.0, course })
+            let settling_u_s = shortest_s / (count + 1) as f64 / 12.0_f64.sqrt();
+            Ok(End { cue, response: None, settling_s: seconds - planned_s, settling_u_s, course })
         }
         Err(error) => Err(PositionReason::SlewNotRead { cue, error }.into()),
     }

@@ -16,6 +16,9 @@ use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
 
 pub(super) const ESTIMATOR: &str = "slew/1";
 
+/// Flag of a settling time that is only a lower bound.
+const NOT_SETTLED: &str = "not settled: at least this long";
+
 /// A value with what should be known of it, or why there is none.
 type Found = Result<(Estimate, Vec<String>), Reason>;
 
@@ -51,7 +54,10 @@ pub(super) fn analyse(
     let measured = keys.named().iter().zip(values).map(|((name, kind), found)| {
         let base = match found {
             Ok((estimate, flags)) => {
-                Measurement { flags, ..Measurement::new(name, &case.axis, *kind, Some(estimate), ESTIMATOR) }
+                let is_bound = flags.iter().any(|flag| flag == NOT_SETTLED);
+                let doubt = is_bound.then(|| "it did not settle while it rested: wait longer".to_owned());
+                let measured = Measurement::new(name, &case.axis, *kind, Some(estimate), ESTIMATOR);
+                Measurement { flags, doubt, ..measured }
             }
             Err(reason) => Measurement::inconclusive(name, &case.axis, *kind, ESTIMATOR, reason),
         };
@@ -169,8 +175,8 @@ fn of_ends(name: &str, ends: &Result<Vec<End>, Reason>) -> Found {
         let n = worst.response.map_or(1, |r| r.repeats);
         let estimate = Estimate { value: worst.settling_s, u: worst.settling_u_s, dof: f64::INFINITY, n };
         let mut flags = vec![format!("cue {}, band {}", worst.cue, urad(motion::BAND_RAD))];
-        if worst.response.is_none() {
-            flags.push("not settled: at least this long".to_owned());
+        if ends.iter().any(|end| end.response.is_none()) {
+            flags.push(NOT_SETTLED.to_owned());
         }
         return Ok((estimate, flags));
     }

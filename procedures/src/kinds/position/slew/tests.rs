@@ -59,6 +59,27 @@ fn an_axis_that_follows_shows_the_acceleration_of_its_plan_and_no_overshoot() {
 }
 
 #[test]
+fn a_slew_that_does_not_settle_passes_no_limit_and_may_fail_one() {
+    let (experiment, case) = planned(CUE, "az");
+    let pose = case.start_pose_rad[&case.axis];
+    // It goes on swinging by 0.2 mrad, in turns of 0.5 s.
+    let swings = window_of(&case, 500.0, 1e-7, &mut |segment, t, before| {
+        let swing = 2e-4 * (std::f64::consts::TAU * t / 0.5).sin();
+        match segment.stimulus.duration_s(before) {
+            Some(_) => segment.stimulus.at(before, t).position_rad,
+            None => (Q::Angle.to_display(before).round().to_radians() - pose) + pose + swing,
+        }
+    });
+    let result = experiment.analyse(&case, &swings, &with_elevation());
+    let settling = value(&result, SETTLING);
+    assert!(settling.value.is_some_and(|s| s > 1.0), "{settling:?}");
+    assert!(settling.doubt.as_deref().is_some_and(|why| why.contains("did not settle")), "{settling:?}");
+    assert!(settling.u > 0.0);
+    let settled = experiment.analyse(&case, &follows(&case, 0.0), &with_elevation());
+    assert_eq!(value(&settled, SETTLING).doubt, None);
+}
+
+#[test]
 fn an_axis_that_passes_its_cue_by_a_tenth_of_a_milliradian_overshoots() {
     let (experiment, case) = planned(CUE, "az");
     let result = experiment.analyse(&case, &follows(&case, 1e-4), &with_elevation());
