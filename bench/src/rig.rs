@@ -19,6 +19,7 @@ pub(crate) mod device;
 pub mod devices;
 pub(crate) mod driver;
 pub(crate) mod feedback;
+mod heat_sinks;
 pub mod identities;
 pub(crate) mod instruments;
 mod link;
@@ -128,6 +129,7 @@ impl OpenRig {
         let mut armed = ArmedRig {
             stated_rad_per_s2: self.stated_rad_per_s2,
             wanted: None,
+            reads_heat_sink: None,
             bus: self.bus,
             drives: self.drives,
             gimbal: Gimbal::of(&self.axes),
@@ -191,11 +193,29 @@ fn open_drives(
         }
         let (drive, identity) = Cia402::open(bus, axis.drive.clone(), &mut waiting)?;
         axis.guard.rely_on(drive.available_torque_nm());
+        if drives.is_empty() {
+            check_inputs(rig, &drive)?;
+        }
         drives.push(drive);
         identities.push(identity);
     }
     *now = waiting.now;
     Ok(OpenedDrives { drives, identities, axes })
+}
+
+/// Refuses a first drive that does not send the inputs to which emergency stop or enabling switch are wired.
+fn check_inputs(rig: &Rig, drive: &Cia402) -> Result<(), DeviceError> {
+    let is_wired = rig.emergency_stop_bit.is_some() || rig.enabling_switch_bit.is_some();
+    if !is_wired || drive.sends_digital_inputs() {
+        return Ok(());
+    }
+    Err(DeviceError::Field {
+        device: drive.settings().name.clone(),
+        field: "digital inputs (60FDh)",
+        expected: "among the process data: the rig file names bits of it".to_owned(),
+        found: "not mapped".to_owned(),
+        help: "add 60FDh to the inputs in the profile of the drive",
+    })
 }
 
 /// A rig that can be commanded, one exchange a tick.
@@ -214,6 +234,8 @@ pub struct ArmedRig {
     stated_rad_per_s2: Vec<f64>,
     /// Settings of a point that are being written.
     wanted: Option<PointSettings>,
+    /// The drive whose heat sink is being read.
+    reads_heat_sink: Option<usize>,
     /// When the dialogues with the devices were over.
     opened_at: Duration,
     ready: Duration,
@@ -262,6 +284,7 @@ impl ArmedRig {
                 self.age_ticks[axis] = self.age_ticks[axis].saturating_add(self.pace.passed());
             }
         }
+        self.poll_heat_sinks(now);
         self.devices.poll(&mut self.ports, now);
         self.instruments.poll(&mut self.ports, now);
         let seen = self.gimbal.map(|gimbal| gimbal.both().map(|axis| &self.actuals[axis]));

@@ -2,6 +2,8 @@
 
 #[path = "ethercat_bus/bench.rs"]
 mod bench;
+#[path = "ethercat_bus/profile.rs"]
+mod profile;
 #[path = "ethercat_bus/wire.rs"]
 mod wire;
 

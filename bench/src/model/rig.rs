@@ -1,5 +1,8 @@
 //! A rig: its axes, its devices, its instruments, and the limits that the bench relies on.
 
+use std::sync::Arc;
+
+use drivers::cia402::profile::DriveProfile;
 use procedures::axis::{Axes, Axis};
 use procedures::device::DeviceRole;
 use procedures::diagnostic::SourceFile;
@@ -149,18 +152,30 @@ impl Rig {
         Ok(built)
     }
 
-    /// The rig with simulated devices in this process instead of its wires. Drives keep their order: the one with the lowest
-    /// address stands on the first station of the simulated bus.
+    /// The rig with simulated devices in this process instead of its wires, `profile` being that of the drives there. Drives
+    /// keep their order: the one with the lowest address stands on the first station of the simulated bus.
     #[must_use]
-    pub fn rehearsed_on(&self, tier: Tier) -> Self {
-        let mut rehearsed = Self { tier, interface: None, ..self.clone() };
+    pub fn rehearsed_on(&self, tier: Tier, profile: &Arc<DriveProfile>) -> Self {
+        let mut rehearsed = Self { tier, interface: None, ..self.in_station_order() };
+        for axis in &mut rehearsed.axes {
+            axis.drive.profile = Arc::clone(profile);
+            axis.limits.torque_quantum_nm = axis.drive.torque_quantum_nm();
+            axis.guard.watches_heat_sink = profile.heat_sink.is_some();
+        }
+        rehearsed
+    }
+
+    /// The rig with its drives on stations 1, 2, … in the order of their addresses, as a simulated bus has them.
+    #[must_use]
+    pub fn in_station_order(&self) -> Self {
+        let mut numbered = self.clone();
         let mut addresses: Vec<u16> = self.axes.iter().map(|axis| axis.drive.station).collect();
         addresses.sort_unstable();
-        for axis in &mut rehearsed.axes {
+        for axis in &mut numbered.axes {
             let place = addresses.iter().position(|&own| own == axis.drive.station);
             axis.drive.station = place.map_or(axis.drive.station, |place| place as u16 + 1);
         }
-        rehearsed
+        numbered
     }
 
     /// Index of an axis.

@@ -106,7 +106,7 @@ impl Units<'_> {
     }
 
     fn far_ends_without_aliases(&self, rig: &Rig, purpose: &Purpose<'_>) -> Result<FarEnds, DeviceError> {
-        let rig = &rig.rehearsed_on(rig.tier);
+        let rig = &rig.in_station_order();
         let (seed, procedure) = (purpose.seed, purpose.procedure.to_owned());
         let address = SeedAddress { seed, procedure, point: String::new() };
         let settings = match &self.unit.world {

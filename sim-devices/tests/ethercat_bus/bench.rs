@@ -17,6 +17,8 @@ use sim_devices::ethercat::{InProcessLink, LineFault};
 use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
 use sim_devices::unit::UnitSettings;
 
+use crate::profile;
+
 pub(crate) const TICK: Duration = Duration::from_micros(250);
 
 /// The wire, shared with the test.
@@ -68,6 +70,7 @@ pub(crate) fn drive_settings(station: u16) -> DriveSettings {
     DriveSettings {
         name: if az { "az" } else { "el" }.into(),
         station,
+        profile: profile::simulated(),
         torque_constant_nm_per_a: if az { 60.0 } else { 52.0 },
         rated_current_a: 2.0,
         rated_torque_nm: if az { 120.0 } else { 104.0 },

@@ -48,11 +48,15 @@ pub(crate) const MEAN_TORQUE: Interlock = Interlock {
 
 pub(crate) const TEMPERATURE: Interlock = Interlock {
     name: "temperature",
-    doc: "The heat sink is hotter than the rig allows.",
+    doc: "The heat sink is hotter than the rig allows, or a drive that tells its temperature by SDO has not answered for \
+          10 s. Not watched where the type of the drive tells no temperature.",
     unit: "degC",
     shared: false,
     steerable: true,
-    check: |v| above(v.actuals.heat_sink_degc, v.guard.safety.max_heat_sink_degc),
+    check: |v| {
+        let seen = v.guard.watches_heat_sink.then_some(v.actuals.heat_sink_degc)?;
+        above(seen, v.guard.safety.max_heat_sink_degc)
+    },
 };
 
 pub(crate) const BUS_VOLTAGE: Interlock = Interlock {

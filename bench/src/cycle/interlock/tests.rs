@@ -44,6 +44,7 @@ fn guard() -> AxisGuard {
         worst_load_nm: 100.0,
         emergency_stop_bit: Some(3),
         enabling_switch_bit: Some(4),
+        watches_heat_sink: true,
     }
 }
 

@@ -146,6 +146,7 @@ impl Connections {
 mod tests {
     use super::super::read_rig;
     use super::super::tests::told;
+    use crate::files::profile::simulated;
     use crate::files::shipped::{self, Folder};
     use crate::model::rig::Tier;
     use procedures::diagnostic::SourceFile;
@@ -165,7 +166,7 @@ mod tests {
         let source = shipped::find(Folder::Rigs, "wired", None).expect("a shipped rig");
         let rig = read_rig(source).expect("it parses");
         assert_eq!((rig.tier, rig.interface()), (Tier::Wired, Some("ecm")));
-        let rehearsed = rig.rehearsed_on(Tier::Virtual);
+        let rehearsed = rig.rehearsed_on(Tier::Virtual, &simulated());
         let stations: Vec<u16> = rehearsed.axes.iter().map(|axis| axis.drive.station).collect();
         assert_eq!((rehearsed.interface(), stations), (None, vec![1, 2]));
     }
@@ -175,8 +176,8 @@ mod tests {
         let text = shipped::find(Folder::Rigs, "wired", None).expect("a shipped rig").text;
         let text = text.replace("ecm/1\"", "ecm/2002\"").replace("ecm/2\"", "ecm/1001\"");
         let rig = read_rig(SourceFile::new("rig.toml", text)).expect("it parses");
-        let stations: Vec<u16> =
-            rig.rehearsed_on(Tier::Paced).axes.iter().map(|axis| axis.drive.station).collect();
+        let rehearsed = rig.rehearsed_on(Tier::Paced, &simulated());
+        let stations: Vec<u16> = rehearsed.axes.iter().map(|axis| axis.drive.station).collect();
         assert_eq!(stations, [2, 1], "azimuth has the higher alias");
     }
 

@@ -5,6 +5,7 @@ use procedures::table::{Field, Need, Shape};
 
 use super::device::DEVICE_FIELDS;
 use super::instrument::INSTRUMENT_FIELDS;
+use crate::files::profile::START_UP_FIELDS;
 
 const fn required(key: &'static str, shape: Shape, doc: &'static str) -> Field {
     Field { key, shape, need: Need::Required, doc }
@@ -79,6 +80,22 @@ pub const AXIS_FIELDS: &[Field] = &[
         Shape::Map(&Shape::Text),
         "Where its drive is connected, `{ bus = \"ethercat:enp3s0/1001\" }`: network interface, then alias of the drive or \
          its place on the wire, from 1; tiers `wired` and `hardware` need it instead of `station`.",
+    ),
+    Field::optional(
+        "profile",
+        Shape::Text,
+        "Type of its drive: a shipped profile (`bench list profiles`) or the path of one. If left out it is \
+         `generic-cia402` on tier `hardware`, and `simulated` elsewhere.",
+    ),
+    Field::optional(
+        "serial",
+        Shape::Integer,
+        "Serial number of its drive, e.g. `0x00B9B366`: a drive with another one is refused.",
+    ),
+    Field::optional(
+        "start-up",
+        Shape::Tables(START_UP_FIELDS),
+        "Objects of this drive that are written in PRE-OP behind those of its profile, and read back.",
     ),
     required("travel", Shape::Range(K::Angle), "Required travel; an axis that passes its end crashes."),
     required("soft-limits", Shape::Range(K::Angle), "Limits that the interlocks enforce, inside the travel."),
