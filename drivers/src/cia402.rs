@@ -18,7 +18,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 pub use self::change::DriveLimits;
-pub use self::configure::check_cycle;
+pub use self::configure::{check_cycle, is_drive};
 pub use self::error_code::error_code_meaning;
 pub use self::power::{PowerState, PowerTarget};
 pub use self::sdo::{Waiting, abort_meaning};

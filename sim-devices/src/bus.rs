@@ -78,6 +78,8 @@ pub(crate) struct VirtualBus<P: Plant> {
     lost_frames: LostFrames,
     /// Faults to come.
     schedule: FaultSchedule,
+    /// The emergency stop chain is open.
+    emergency_stop: bool,
 }
 
 /// How often the world steps, and how many frames its bus loses.
@@ -99,12 +101,18 @@ impl<P: Plant> VirtualBus<P> {
             op_requested: false,
             lost_frames: LostFrames::new(settings.dropped_cycles_ratio, address),
             schedule: FaultSchedule::default(),
+            emergency_stop: false,
         }
     }
 
     /// The last instant that anybody looked at.
     pub(crate) fn now(&self) -> Duration {
         self.now
+    }
+
+    /// Whether the emergency stop chain is open.
+    pub(crate) fn emergency_stop_is_pressed(&self) -> bool {
+        self.emergency_stop
     }
 
     /// Brings the world to `now`, with the commands in force and the faults that are due.

@@ -21,6 +21,7 @@ mod drive;
 mod fields;
 mod instrument;
 mod safety;
+mod terminal;
 mod unsafe_settings;
 
 use connections::Connections;
@@ -89,6 +90,9 @@ fn read(t: &mut TableReader<'_>, drives: &mut Drives) -> Option<Rig> {
     if let (Some(devices), Some(axes)) = (&devices, &mut axes) {
         attach_references(axes, devices);
     }
+    let terminals = if t.has("terminal") { t.tables("terminal", terminal::read) } else { Some(Vec::new()) };
+    let input = terminal::read_input(t);
+    connections.check_terminals(t, terminals.as_deref().unwrap_or_default(), input.as_ref());
     let wires = connections.interface(t, devices.as_deref().unwrap_or_default());
     let instruments =
         if t.has("instrument") { t.tables("instrument", instrument::read) } else { Some(Vec::new()) };
@@ -108,8 +112,10 @@ fn read(t: &mut TableReader<'_>, drives: &mut Drives) -> Option<Rig> {
         parameters: parameters?,
         axes: axes?,
         emergency_stop_bit: bits.0,
+        emergency_stop_input: input.map(|input| input.what),
         enabling_switch_bit: bits.1,
         devices: devices?,
+        terminals: terminals?.into_iter().map(|terminal| terminal.what).collect(),
         instruments: instruments?,
         source: SourceFile { name: String::new(), text: String::new() },
     })

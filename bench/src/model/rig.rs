@@ -10,6 +10,7 @@ use procedures::diagnostic::SourceFile;
 use super::axis::RigAxis;
 use super::device::DeviceEntry;
 use super::instrument::Instrument;
+use super::terminal::{Terminal, TerminalInput};
 
 /// Fidelity of a rig: which wires, which clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,10 +85,14 @@ pub struct Rig {
     pub axes: Vec<RigAxis>,
     /// Bit of 60FDh of the first drive that is 1 while the emergency stop chain is open; `None` without a wire.
     pub emergency_stop_bit: Option<u32>,
+    /// Input of a digital terminal that is on while the emergency stop chain is closed; `None` without one.
+    pub emergency_stop_input: Option<TerminalInput>,
     /// Bit of 60FDh of the first drive that is 1 while the enabling switch is held; `None` without one.
     pub enabling_switch_bit: Option<u32>,
     /// Devices and instruments that the bench talks to, in the order in which they are opened and logged.
     pub devices: Vec<DeviceEntry>,
+    /// SubDevices on the wire beside the drives, as the file names them; devices and the emergency stop name more.
+    pub terminals: Vec<Terminal>,
     /// Instruments of the bench with their calibration.
     pub instruments: Vec<Instrument>,
     /// The file.

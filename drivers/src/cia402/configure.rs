@@ -4,9 +4,10 @@ use super::objects::{self, Access, DataType, Object};
 use super::pdo::{Entry, Layout};
 use super::profile::{DriveProfile, ProcessData, StartUp, TorqueScale};
 use super::scale::Scale;
-use super::sdo::Dictionary;
+use super::sdo::{Dictionary, Waiting};
 use super::{CyclicMode, DriveSettings, Identity};
 use crate::device::DeviceError;
+use crate::wire::SdoWire;
 
 /// Device profile number of CiA 402 in the low word of 1000h.
 const PROFILE_402: i64 = 402;
@@ -44,6 +45,12 @@ pub(super) fn identify(
     };
     check_type(drive, &identity, profile)?;
     Ok(identity)
+}
+
+/// Whether a station is a CiA 402 drive, by its device type (1000h). One without mailbox or dictionary is none.
+pub fn is_drive(wire: &mut dyn SdoWire, station: u16, waiting: &mut Waiting<'_>) -> bool {
+    let mut dictionary = Dictionary { wire, waiting, device: "", station };
+    dictionary.read(objects::DEVICE_TYPE).is_ok_and(|device_type| device_type & 0xFFFF == PROFILE_402)
 }
 
 /// A text of the drive, or `unknown` for a type that lacks it.

@@ -81,7 +81,8 @@ pub(super) const EMERGENCY_STOP: Interlock = Interlock {
     shared: true,
     steerable: false,
     check: |v| {
-        let open = v.guard.emergency_stop_bit.is_some_and(|bit| is_set(v, bit));
+        let by_drive = v.guard.emergency_stop_bit.is_some_and(|bit| is_set(v, bit));
+        let open = by_drive || v.emergency_stop_is_open;
         open.then_some((1.0, 0.0))
     },
 };

@@ -84,6 +84,7 @@ fn remembering(
         expects_operation: true,
         uses_gyro: true,
         rig_inputs: actuals.digital_inputs,
+        emergency_stop_is_open: false,
         following_error_rad: None,
         bounds: None,
         target_missing_s: None,

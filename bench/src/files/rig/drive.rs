@@ -102,3 +102,85 @@ impl Drives {
         Some(Arc::new(DriveProfile { start_up, ..(*found).clone() }))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::read_rig;
+    use super::super::tests::told;
+    use crate::files::profile::simulated;
+    use crate::files::shipped::{self, Folder};
+    use crate::model::rig::{Rig, Tier};
+    use procedures::diagnostic::{Diagnostic, SourceFile};
+
+    /// A shipped rig after these replacements, each of the first place where the text stands.
+    fn read(rig: &str, edits: &[(&str, &str)]) -> Result<Rig, Vec<Diagnostic>> {
+        let mut text = shipped::find(Folder::Rigs, rig, None).expect("a shipped rig").text;
+        for (old, new) in edits {
+            assert!(text.contains(old), "the rig file no longer says {old}");
+            text = text.replacen(old, new, 1);
+        }
+        read_rig(SourceFile::new("rig.toml", text))
+    }
+
+    const BUS: &str = "ports = { bus = \"ethercat:ecm/1\" }";
+
+    fn with(lines: &str) -> (&'static str, String) {
+        (BUS, format!("{BUS}\n{lines}"))
+    }
+
+    fn said(rig: &str, edits: &[(&str, &str)]) -> String {
+        told(&read(rig, edits).err().unwrap_or_default())
+    }
+
+    #[test]
+    fn drives_that_are_simulated_have_their_profile_and_those_of_hardware_the_generic_one() {
+        let profiles = |rig: Result<Rig, Vec<Diagnostic>>| {
+            let rig = rig.unwrap_or_else(|mistakes| panic!("{}", told(&mistakes)));
+            rig.axes.iter().map(|axis| axis.drive.profile.id.clone()).collect::<Vec<_>>()
+        };
+        assert_eq!(profiles(read("sim", &[])), ["simulated"; 2]);
+        assert_eq!(profiles(read("wired", &[])), ["simulated"; 2]);
+        let hardware = ("tier = \"wired\"", "tier = \"hardware\"");
+        assert_eq!(profiles(read("wired", &[hardware])), ["generic-cia402"; 2]);
+        let (old, new) = with("profile = \"elmo-gold\"");
+        assert_eq!(profiles(read("wired", &[(old, &new)])), ["elmo-gold", "simulated"]);
+    }
+
+    #[test]
+    fn a_rig_that_is_rehearsed_in_process_has_the_drives_of_this_process() {
+        let (old, new) = with("profile = \"elmo-gold\"");
+        let rig = read("wired", &[(old, &new)]).expect("it parses");
+        let quantum = rig.axes[0].limits.torque_quantum_nm;
+        assert!((quantum - 0.12).abs() < 1e-12, "2 A at 60 N*m/A: {quantum}");
+        let rehearsed = rig.rehearsed_on(Tier::Virtual, &simulated());
+        assert!(rehearsed.axes.iter().all(|axis| axis.drive.profile.id == "simulated"));
+    }
+
+    #[test]
+    fn an_axis_may_demand_a_serial_number_and_add_to_the_start_up_list() {
+        let lines = "profile = \"elmo-gold\"\nserial = 0x00B9B366\nstart-up = [{ object = \"10F1h:02\", type = \"u32\", \
+                     value = 4, why = \"four lost SYNC0\" }]";
+        let (old, new) = with(lines);
+        let rig = read("wired", &[(old, &new)]).unwrap_or_else(|mistakes| panic!("{}", told(&mistakes)));
+        let list = &rig.axes[0].drive.profile.start_up;
+        let written: Vec<_> =
+            list.iter().map(|entry| (entry.place.index, entry.place.sub, entry.value)).collect();
+        assert_eq!(written, [(0x1C32, 1, 2), (0x1C33, 1, 2), (0x10F1, 2, 4)]);
+        assert_eq!((rig.axes[0].serial, rig.axes[1].serial), (Some(0x00B9_B366), None));
+    }
+
+    #[test]
+    fn profiles_that_are_none_that_do_not_fit_the_tier_or_are_too_slow_are_refused() {
+        let (old, new) = with("profile = \"elmo-glod\"");
+        insta::assert_snapshot!(said("wired", &[(old, &new)]));
+        let (old, new) = with("profile = \"wired\"");
+        insta::assert_snapshot!(said("wired", &[(old, &new)]));
+        insta::assert_snapshot!(said("sim", &[("station = 1", "station = 1\nprofile = \"elmo-gold\"")]));
+        let (old, new) = with("profile = \"elmo-gold\"");
+        let fast = ("loop-rate = \"1 kHz\"", "loop-rate = \"5 kHz\"");
+        insta::assert_snapshot!(said("wired", &[(old, &new), fast]));
+        let entry = "start-up = [{ object = \"6072h\", type = \"u16\", value = 1, why = \"no\" }]";
+        let (old, new) = with(entry);
+        insta::assert_snapshot!(said("wired", &[(old, &new)]));
+    }
+}

@@ -42,6 +42,12 @@ pub const FIELDS: &[Field] = &[
         "Bit of 60FDh of the first drive that is 1 while the emergency stop chain is open.",
     ),
     Field::optional(
+        super::terminal::EMERGENCY_STOP,
+        Shape::Text,
+        "Instead of that bit: an input of a digital terminal, `ethercat:enp3s0/4#0` (interface, station, input from 0), \
+         that is on while the chain is closed. An input that is off, as with a broken wire, counts as pressed.",
+    ),
+    Field::optional(
         "enabling-switch-bit",
         Shape::Integer,
         "Bit of 60FDh of the first drive that is 1 while the enabling switch is held.",
@@ -50,6 +56,12 @@ pub const FIELDS: &[Field] = &[
         "device",
         Shape::Tables(DEVICE_FIELDS),
         "Devices that the bench talks to, `[[device]]`, in the order in which they are opened.",
+    ),
+    Field::optional(
+        "terminal",
+        Shape::Tables(super::terminal::TERMINAL_FIELDS),
+        "SubDevices on the wire beside the drives, `[[terminal]]`: those that no device names, such as couplers, and those \
+         whose identity is to be checked. A SubDevice that nothing in this file names is refused.",
     ),
     Field::optional(
         "instrument",

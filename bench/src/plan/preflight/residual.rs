@@ -10,7 +10,7 @@ use crate::model::rig::Rig;
 /// Residual risks of a plan, one sentence each, with numbers.
 pub(crate) fn risks(found: &[ProcedureEnvelope], rig: &Rig) -> Vec<String> {
     let mut all = Vec::new();
-    if rig.emergency_stop_bit.is_none() {
+    if rig.emergency_stop_bit.is_none() && rig.emergency_stop_input.is_none() {
         let text = "emergency stop: the rig names no input for it; the bench notices it only when drives \
                     leave operation";
         all.push(text.to_owned());
