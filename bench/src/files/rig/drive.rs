@@ -70,10 +70,11 @@ impl Drives {
         let found = match profile::load(name, Some(&t.source().name)) {
             Ok(found) => found,
             Err(mistakes) => {
-                self.mistakes.extend(
-                    mistakes.into_iter().filter(|found| !self.mistakes.contains(found)).collect::<Vec<_>>(),
-                );
-                return None;
+                let new = mistakes.into_iter().filter(|found| !self.mistakes.contains(found));
+                let new: Vec<Diagnostic> = new.collect();
+                self.mistakes.extend(new);
+                // The rest of the rig is checked all the same.
+                return Some(profile::simulated());
             }
         };
         let in_process = tier.is_some_and(|tier| !tier.is_wired());
