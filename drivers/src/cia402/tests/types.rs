@@ -221,7 +221,7 @@ fn a_heat_sink_is_read_by_sdo_once_a_second_and_is_not_known_after_ten_seconds_o
     let mut far_end = far_end(&settings);
     let (mut drive, _) = open(&mut far_end, settings).expect("a good drive");
     drive.attach(Slot { outputs: 0..10, inputs: 0..24 });
-    let mut seen = |drive: &mut Cia402| drive.decode(&[0; 24]).heat_sink_degc;
+    let seen = |drive: &mut Cia402| drive.decode(&[0; 24]).heat_sink_degc;
     far_end.put(0x22A3, 1, &70_i16.to_le_bytes());
     let at = Duration::from_millis;
     assert!(!drive.poll_heat_sink(&mut far_end, at(900), true), "not due yet");

@@ -183,9 +183,9 @@ mod tests {
         let [az, el] = [expected(1, "az"), expected(1001, "el")];
         assert!(check(&line, &[el.clone(), az.clone()]).is_ok(), "the order of the rig file does not matter");
         let card = expected(3, "reference");
-        let missing = wrong(&line, &[az.clone(), el.clone(), card.clone()]);
+        let missing = wrong(&line, &[az.clone(), el, card.clone()]);
         assert_eq!(missing, ["station 3 (reference) on the line", "stations 1, 1001 alone"]);
-        let extra = wrong(&line, &[az.clone()]);
+        let extra = wrong(&line, std::slice::from_ref(&az));
         let twin = "station 1001 (Twin, vendor 0000009Ah, product 00030924h, serial 00000007h)";
         assert_eq!(extra, ["no other station", twin]);
         let another = wrong(&line, &[az, card]);
