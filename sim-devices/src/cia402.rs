@@ -173,7 +173,6 @@ impl Drive {
             encoder_warns: false,
             keeps_soft_limits: true,
             gates_blocked: false,
-            // Somebody holds the enabling switch until a fault says otherwise.
             digital_inputs: wiring::ENABLING_SWITCH,
             stuck_current_a: None,
             current_loop: CurrentLoop::new(settings.current_bandwidth_hz, step_s),

@@ -96,12 +96,7 @@ fn read(t: &mut TableReader<'_>, drives: &mut Drives) -> Option<Rig> {
     let wires = connections.interface(t, devices.as_deref().unwrap_or_default());
     let instruments =
         if t.has("instrument") { t.tables("instrument", instrument::read) } else { Some(Vec::new()) };
-    let by_gyro = |axes: &[RigAxis]| axes.iter().any(|a| a.velocity_feedback == VelocityFeedback::Gyro);
-    let has_gyro = |devices: &[DeviceEntry]| devices.iter().any(|d| d.role == Some(DeviceRole::InertialUnit));
-    if axes.as_deref().is_some_and(by_gyro) && !devices.as_deref().is_none_or(has_gyro) {
-        let help = "add an inertial unit as a `[[device]]`, or close the loop on the encoder".to_owned();
-        t.mistake("axis", "a velocity loop uses the gyro, but the rig has no inertial unit", Some(help));
-    }
+    check_gyros(t, axes.as_deref(), devices.as_deref());
     Some(Rig {
         id: id?,
         title: title?,
@@ -119,6 +114,16 @@ fn read(t: &mut TableReader<'_>, drives: &mut Drives) -> Option<Rig> {
         instruments: instruments?,
         source: SourceFile { name: String::new(), text: String::new() },
     })
+}
+
+/// A velocity loop on the gyro needs an inertial unit.
+fn check_gyros(t: &mut TableReader<'_>, axes: Option<&[RigAxis]>, devices: Option<&[DeviceEntry]>) {
+    let by_gyro = |axes: &[RigAxis]| axes.iter().any(|a| a.velocity_feedback == VelocityFeedback::Gyro);
+    let has_gyro = |devices: &[DeviceEntry]| devices.iter().any(|d| d.role == Some(DeviceRole::InertialUnit));
+    if axes.is_some_and(by_gyro) && !devices.is_none_or(has_gyro) {
+        let help = "add an inertial unit as a `[[device]]`, or close the loop on the encoder".to_owned();
+        t.mistake("axis", "a velocity loop uses the gyro, but the rig has no inertial unit", Some(help));
+    }
 }
 
 /// The tier of one of the words that its field allows.
