@@ -14,7 +14,7 @@ struct Shipped {
     without: &'static [&'static str],
 }
 
-const SHIPPED: [Shipped; 5] = [
+const SHIPPED: [Shipped; 6] = [
     Shipped {
         variant: "Procedures",
         path: "../procedures",
@@ -24,6 +24,7 @@ const SHIPPED: [Shipped; 5] = [
     Shipped { variant: "Units", path: "../sim-devices/units", without: &["states"] },
     Shipped { variant: "States", path: "../sim-devices/units/states", without: &[] },
     Shipped { variant: "Parameters", path: "../controllers/params", without: &[] },
+    Shipped { variant: "Profiles", path: "../drivers/profiles", without: &[] },
 ];
 
 #[allow(clippy::print_stdout, reason = "a build script talks to cargo on stdout")]

@@ -9,5 +9,6 @@ mod limited;
 mod mirror;
 mod ordered;
 mod states;
+mod stop_by_terminal;
 mod swing;
 mod troubled;

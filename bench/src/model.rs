@@ -9,3 +9,4 @@ pub mod rig;
 pub mod safety;
 pub(crate) mod signs;
 pub mod stopping;
+pub mod terminal;

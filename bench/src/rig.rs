@@ -3,9 +3,7 @@
 use std::time::Duration;
 
 use controllers::DirectorGains;
-use drivers::cia402::{
-    Actuals, Cia402, CyclicMode, DriveCommand, Identity, PowerState, PowerTarget, Waiting,
-};
+use drivers::cia402::{Actuals, Cia402, CyclicMode, DriveCommand, Identity, PowerState, PowerTarget};
 use drivers::device::DeviceError;
 use drivers::wire::{BusState, Fieldbus, Notice, ProcessImage};
 use procedures::case::Case;
@@ -20,10 +18,13 @@ mod believed;
 pub(crate) mod device;
 pub mod devices;
 pub(crate) mod driver;
+mod emergency_stop;
 pub(crate) mod feedback;
+mod heat_sinks;
 pub mod identities;
 pub(crate) mod instruments;
 mod link;
+mod opening;
 mod pace;
 mod phase;
 mod point_settings;
@@ -32,8 +33,10 @@ pub mod wires;
 
 pub use believed::Believed;
 use believed::Reckoning;
-use devices::{DIALOGUE_STEP, Devices, converse};
+use devices::{Devices, converse};
+use emergency_stop::EmergencyStop;
 use instruments::{Instruments, Tasks};
+use opening::open_drives;
 use pace::Pace;
 use phase::Phase;
 pub use point_settings::PointSettings;
@@ -53,6 +56,7 @@ pub struct OpenRig {
     identities: Vec<Identity>,
     /// Decelerations of the rig file.
     stated_rad_per_s2: Vec<f64>,
+    emergency_stop: Option<EmergencyStop>,
     ports: Ports,
     devices: Devices,
     instruments: Instruments,
@@ -82,6 +86,7 @@ impl OpenRig {
             axes: opened.axes,
             identities: opened.identities,
             stated_rad_per_s2: rig.axes.iter().map(|a| a.guard.stop.deceleration_rad_per_s2).collect(),
+            emergency_stop: EmergencyStop::of(rig, &mut ports)?,
             ports,
             devices,
             instruments,
@@ -123,6 +128,9 @@ impl OpenRig {
             })?;
             drive.attach(slot);
         }
+        if let Some(stop) = self.emergency_stop {
+            stop.check(&mut self.ports, clock.now())?;
+        }
         self.bus.request(BusState::SafeOp);
         self.opened_at = self.opened_at.max(clock.now());
         let axes = self.drives.len();
@@ -130,6 +138,8 @@ impl OpenRig {
         let mut armed = ArmedRig {
             stated_rad_per_s2: self.stated_rad_per_s2,
             wanted: None,
+            reads_heat_sink: None,
+            emergency_stop: self.emergency_stop,
             bus: self.bus,
             drives: self.drives,
             gimbal: Gimbal::of(&self.axes),
@@ -159,47 +169,6 @@ impl OpenRig {
     }
 }
 
-/// Drives that were identified, configured and read back, and the axes as they allow them.
-struct OpenedDrives {
-    drives: Vec<Cia402>,
-    identities: Vec<Identity>,
-    axes: Vec<RigAxis>,
-}
-
-fn open_drives(
-    bus: &mut dyn Fieldbus,
-    rig: &Rig,
-    clock: &Clock,
-    now: &mut Duration,
-) -> Result<OpenedDrives, DeviceError> {
-    let mut at = *now;
-    let mut pause = || {
-        at = clock.wait_until(at + DIALOGUE_STEP);
-        at
-    };
-    let mut waiting = Waiting { now: *now, pause: &mut pause };
-
-    let found = bus.stations();
-    let mut drives = Vec::new();
-    let mut identities = Vec::new();
-    let mut axes = rig.axes.clone();
-    for axis in &mut axes {
-        if !found.contains(&axis.drive.station) {
-            let (station, bus) = (axis.drive.station, bus.name());
-            let reason = format!(
-                "no station {station} on {bus}, found stations {found:?}; check power and wiring, and `station` in the rig file"
-            );
-            return Err(DeviceError::Bus { device: axis.name.clone(), reason });
-        }
-        let (drive, identity) = Cia402::open(bus, axis.drive.clone(), &mut waiting)?;
-        axis.guard.rely_on(drive.available_torque_nm());
-        drives.push(drive);
-        identities.push(identity);
-    }
-    *now = waiting.now;
-    Ok(OpenedDrives { drives, identities, axes })
-}
-
 /// A rig that can be commanded, one exchange a tick.
 pub struct ArmedRig {
     bus: Box<dyn Fieldbus>,
@@ -216,6 +185,10 @@ pub struct ArmedRig {
     stated_rad_per_s2: Vec<f64>,
     /// Settings of a point that are being written.
     wanted: Option<PointSettings>,
+    /// The drive whose heat sink is being read.
+    reads_heat_sink: Option<usize>,
+    /// The emergency stop where it is wired to a terminal.
+    emergency_stop: Option<EmergencyStop>,
     /// When the dialogues with the devices were over.
     opened_at: Duration,
     ready: Duration,
@@ -273,6 +246,10 @@ impl ArmedRig {
             } else {
                 self.age_ticks[axis] = self.age_ticks[axis].saturating_add(self.pace.passed());
             }
+        }
+        self.poll_heat_sinks(now);
+        if let Some(stop) = &mut self.emergency_stop {
+            stop.poll(&mut self.ports, now);
         }
         self.devices.poll(&mut self.ports, now);
         self.instruments.poll(&mut self.ports, now);
@@ -513,6 +490,11 @@ impl ArmedRig {
     /// The axes' part of the rig file.
     pub fn axes(&self) -> &[RigAxis] {
         &self.axes
+    }
+
+    /// Whether the emergency stop chain is open by the input of a terminal.
+    pub fn emergency_stop_is_open(&self) -> bool {
+        self.emergency_stop.is_some_and(|stop| stop.is_open())
     }
 
     /// Working counter of the last exchange.

@@ -4,24 +4,29 @@ mod change;
 mod configure;
 mod error_code;
 mod frame;
+mod heat_sink;
 pub mod objects;
 pub mod pdo;
 mod power;
+pub mod profile;
 mod scale;
 mod sdo;
 #[cfg(test)]
 mod tests;
 
+use std::sync::Arc;
 use std::time::Duration;
 
 pub use self::change::DriveLimits;
-pub use self::configure::check_cycle;
+pub use self::configure::{check_cycle, is_drive};
 pub use self::error_code::error_code_meaning;
 pub use self::power::{PowerRules, PowerSequence, PowerState, PowerTarget};
 pub use self::sdo::{Waiting, abort_meaning};
 
 use self::change::Change;
-use self::frame::{Inputs, Outputs};
+use self::frame::{InputPlaces, Inputs, OutputPlaces, Outputs};
+use self::heat_sink::SdoHeatSink;
+use self::profile::{DriveProfile, ReadBy};
 use self::scale::Scale;
 use self::sdo::Dictionary;
 use crate::device::{Channel, DeviceError, Width};
@@ -34,6 +39,8 @@ pub struct DriveSettings {
     pub name: String,
     /// Station on the bus.
     pub station: u16,
+    /// Type of the drive.
+    pub profile: Arc<DriveProfile>,
     /// Torque constant, N·m per A.
     pub torque_constant_nm_per_a: f64,
     /// Expected rated current (6075).
@@ -60,7 +67,7 @@ pub struct DriveSettings {
     pub fault_reaction_option: i16,
     /// Abort connection option code (6007).
     pub abort_connection_option: i16,
-    /// Process-data watchdog.
+    /// Process-data watchdog of the drive itself, where its type has one.
     pub watchdog_s: f64,
     /// Cycle time (60C2).
     pub cycle_s: f64,
@@ -107,9 +114,10 @@ pub struct Actuals {
     pub torque_nm: f64,
     /// DC link from 6079.
     pub bus_v: f64,
-    /// Heat sink.
+    /// Heat sink; not a number where the type of the drive does not tell it, and where a drive that tells it by SDO has been
+    /// silent for too long.
     pub heat_sink_degc: f64,
-    /// Raw 60FD.
+    /// Raw 60FD; 0 where it is not in the process data.
     pub digital_inputs: u32,
     /// Raw 6064.
     pub position_counts: i32,
@@ -148,9 +156,11 @@ impl CyclicMode {
 #[derive(Clone, Debug)]
 pub struct Cia402 {
     settings: DriveSettings,
-    /// Current limit that the drive was commissioned to (6073).
-    max_current_a: f64,
+    /// Current limit that the drive was commissioned to (6073); `None` for a type that lacks it.
+    max_current_a: Option<f64>,
     scale: Scale,
+    inputs: InputPlaces,
+    outputs: OutputPlaces,
     slot: Slot,
     power: PowerSequence,
     /// Unwrapped count of the last exchange, in the sense of the angle.
@@ -158,7 +168,12 @@ pub struct Cia402 {
     last: Actuals,
     /// Other limits that the drive is being given.
     change: Option<Change>,
+    /// The temperature of the heat sink, where it is read by SDO.
+    heat_sink: Option<SdoHeatSink>,
 }
+
+/// Name of the temperature of the heat sink in messages.
+const HEAT_SINK: &str = "heat sink temperature";
 
 impl Cia402 {
     /// What the driver publishes each tick, in the order of [`Actuals::row`].
@@ -186,28 +201,57 @@ impl Cia402 {
         waiting: &mut Waiting<'_>,
     ) -> Result<(Self, Identity), DeviceError> {
         let scale = Scale::new(&settings)?;
+        let profile = &*settings.profile;
         let mut drive = Dictionary { wire, waiting, device: &settings.name, station: settings.station };
-        let identity = configure::identify(&mut drive)?;
+        let identity = configure::identify(&mut drive, profile)?;
+        configure::start_up(&mut drive, &profile.start_up)?;
         configure::check_scales(&mut drive, &settings)?;
         let max_current_a = configure::commissioned_current_a(&mut drive, &settings)?;
-        configure::map(&mut drive)?;
+        let of_outputs = [objects::RX_ASSIGNMENT, objects::RX_MAPPING];
+        let of_inputs = [objects::TX_ASSIGNMENT, objects::TX_MAPPING];
+        let output_layout = configure::map(&mut drive, &profile.outputs, of_outputs)?;
+        let input_layout = configure::map(&mut drive, &profile.inputs, of_inputs)?;
+        let outputs = OutputPlaces::new(&drive, &output_layout)?;
+        let inputs = InputPlaces::new(&drive, &input_layout, profile)?;
         configure::configure(&mut drive, &settings, &scale)?;
+        let heat_sink = match profile.heat_sink.filter(|own| own.by == ReadBy::Sdo) {
+            Some(own) => Some(SdoHeatSink::read(&mut drive, own)?),
+            None => None,
+        };
         let (slot, power, last) = Default::default();
-        let unwrapped = None;
-        let change = None;
-        Ok((Self { settings, max_current_a, scale, slot, power, unwrapped, last, change }, identity))
+        let (unwrapped, change) = (None, None);
+        let opened = Self {
+            settings,
+            max_current_a,
+            scale,
+            inputs,
+            outputs,
+            slot,
+            power,
+            unwrapped,
+            last,
+            change,
+            heat_sink,
+        };
+        Ok((opened, identity))
     }
 
     /// Torque that the drive can give at the most, N·m: its torque limit, or what its commissioned current limit (6073h)
     /// leaves of it.
     pub fn available_torque_nm(&self) -> f64 {
-        self.settings.max_torque_nm.min(self.max_current_a * self.settings.torque_constant_nm_per_a)
+        let by_current = |limit_a: f64| limit_a * self.settings.torque_constant_nm_per_a;
+        self.settings.max_torque_nm.min(self.max_current_a.map_or(f64::INFINITY, by_current))
     }
 
     /// Tells the driver where its data lie in the process image of its bus, and forgets the wrap count.
     pub fn attach(&mut self, slot: Slot) {
         self.slot = slot;
         self.unwrapped = None;
+    }
+
+    /// Whether the process data hold the digital inputs (60FDh).
+    pub fn sends_digital_inputs(&self) -> bool {
+        self.inputs.sends_digital_inputs()
     }
 
     /// The settings it was opened with.
@@ -221,7 +265,8 @@ impl Cia402 {
     /// If the image does not hold the drive's slot, the last values stand with statusword 0 ("not ready"), which
     /// no interlock takes for an enabled drive.
     pub fn decode(&mut self, inputs: &[u8]) -> Actuals {
-        let decoded = inputs.get(self.slot.inputs.clone()).and_then(Inputs::read);
+        let slot = inputs.get(self.slot.inputs.clone());
+        let decoded = slot.and_then(|slot| Inputs::read(slot, &self.inputs));
         self.last = match decoded {
             Some(inputs) => self.convert(inputs),
             None => Actuals { statusword: 0, ..self.last },
@@ -230,6 +275,12 @@ impl Cia402 {
     }
 
     fn convert(&mut self, inputs: Inputs) -> Actuals {
+        let heat_sink_degc = match (self.settings.profile.heat_sink, inputs.heat_sink_counts, &self.heat_sink)
+        {
+            (Some(own), Some(counts), _) => counts as f64 / own.counts_per_degc,
+            (_, _, Some(by_sdo)) => by_sdo.degc(),
+            _ => f64::NAN,
+        };
         let unwrapped = self.scale.unwrap(inputs.position_counts, self.unwrapped);
         self.unwrapped = Some(unwrapped);
         Actuals {
@@ -238,7 +289,7 @@ impl Cia402 {
             current_a: self.scale.current_a(inputs.current_permille),
             torque_nm: self.scale.torque_nm(inputs.torque_permille),
             bus_v: f64::from(inputs.dc_link_mv) / 1e3,
-            heat_sink_degc: f64::from(inputs.heat_sink_tenths_degc) / 10.0,
+            heat_sink_degc,
             digital_inputs: inputs.digital_inputs,
             position_counts: inputs.position_counts,
             statusword: inputs.statusword,
@@ -258,7 +309,7 @@ impl Cia402 {
             velocity_counts_per_s: self.scale.velocity_counts(command.velocity_rad_per_s),
             mode: command.mode.code(),
         };
-        match outputs.get_mut(self.slot.outputs.clone()).and_then(|slot| words.write(slot)) {
+        match outputs.get_mut(self.slot.outputs.clone()).and_then(|slot| words.write(slot, &self.outputs)) {
             Some(()) => self.scale.torque_nm(torque_permille),
             None => 0.0,
         }

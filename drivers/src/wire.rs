@@ -7,6 +7,7 @@ use crate::device::DeviceError;
 
 mod analog;
 mod datagram;
+mod digital;
 pub mod ethercat;
 mod ethernet;
 pub mod fault;
@@ -19,6 +20,7 @@ mod tap;
 
 pub use analog::AnalogPort;
 pub use datagram::DatagramPort;
+pub use digital::DigitalPort;
 pub use ethernet::{EthernetLink, MAX_FRAME_BYTES, StoredFrame, Way};
 pub use line::ByteLine;
 #[cfg(target_os = "linux")]

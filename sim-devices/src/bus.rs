@@ -82,6 +82,8 @@ pub(crate) struct VirtualBus<P: Plant> {
     sync0: Option<Sync0>,
     /// Faults to come.
     schedule: FaultSchedule,
+    /// The emergency stop chain is open.
+    emergency_stop: bool,
 }
 
 /// How often the world steps, and how many frames its bus loses.
@@ -104,12 +106,18 @@ impl<P: Plant> VirtualBus<P> {
             lost_frames: LostFrames::new(settings.dropped_cycles_ratio, address),
             sync0: None,
             schedule: FaultSchedule::default(),
+            emergency_stop: false,
         }
     }
 
     /// The last instant that anybody looked at.
     pub(crate) fn now(&self) -> Duration {
         self.now
+    }
+
+    /// Whether the emergency stop chain is open.
+    pub(crate) fn emergency_stop_is_pressed(&self) -> bool {
+        self.emergency_stop
     }
 
     /// Brings the world to `now`, with the commands in force and the faults that are due.

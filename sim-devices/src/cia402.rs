@@ -11,6 +11,7 @@
 mod commissioning;
 mod deferred;
 mod dictionary;
+mod elmo;
 mod mapping;
 mod motion;
 mod power;
@@ -66,10 +67,21 @@ enum After {
     Hold,
 }
 
+/// Types of drives that the simulator has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DriveType {
+    /// The simulator's own: a mapping that can be written, and its watchdog and temperature as objects.
+    #[default]
+    Simulated,
+    /// As an Elmo Gold: fixed PDOs with bytes of padding, whole degrees of temperature by SDO, no watchdog of its own.
+    ElmoGold,
+}
+
 /// One drive.
 #[derive(Clone, Debug)]
 pub struct Drive {
     settings: AxisSettings,
+    drive_type: DriveType,
     step_s: f64,
     encoder: Encoder,
     rad_per_count: f64,
@@ -161,7 +173,6 @@ impl Drive {
             encoder_warns: false,
             keeps_soft_limits: true,
             gates_blocked: false,
-            // Somebody holds the enabling switch until a fault says otherwise.
             digital_inputs: wiring::ENABLING_SWITCH,
             stuck_current_a: None,
             current_loop: CurrentLoop::new(settings.current_bandwidth_hz, step_s),
@@ -174,6 +185,7 @@ impl Drive {
             supervision_step: steps(SUPERVISION_S, step_s),
             next_event_step: 0,
             settings: settings.clone(),
+            drive_type: DriveType::default(),
             step_s,
             encoder,
             dictionary,
@@ -309,6 +321,14 @@ impl Drive {
         self.bus_state
     }
 
+    /// A drive of another type, commissioned for the same motor.
+    pub(crate) fn become_type(&mut self, drive_type: DriveType) {
+        self.drive_type = drive_type;
+        if drive_type == DriveType::ElmoGold {
+            self.become_elmo_gold();
+        }
+    }
+
     /// Fixes the process data layout; bytes of outputs and inputs, or the abort code of the mapping fault.
     pub(crate) fn map(&mut self) -> Result<(usize, usize), u32> {
         self.output_layout = self.outputs.layout()?;
@@ -318,6 +338,9 @@ impl Drive {
 
     /// Answers an SDO upload.
     pub(crate) fn upload(&self, index: u16, sub: u8) -> Result<Vec<u8>, u32> {
+        if let Some(answer) = self.vendor_upload(index, sub) {
+            return answer;
+        }
         match self.mapping_of(index) {
             Some(mapping) => mapping.upload(index, sub),
             None => self.dictionary.upload(index, sub),
@@ -326,6 +349,10 @@ impl Drive {
 
     /// Answers an SDO download; true if the mapping changed.
     pub(crate) fn download(&mut self, index: u16, sub: u8, data: &[u8]) -> Result<bool, u32> {
+        // What the maker of another type adds can only be read.
+        if let Some(answer) = self.vendor_upload(index, sub) {
+            return answer.and(Err(abort::READ_ONLY));
+        }
         if self.mapping_of(index).is_some() {
             if self.bus_state != BusState::PreOp {
                 return Err(abort::DEVICE_STATE);

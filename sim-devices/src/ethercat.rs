@@ -8,6 +8,7 @@
 mod application;
 mod coe;
 mod command;
+mod digital;
 mod drive;
 mod esc;
 mod faults;
@@ -24,7 +25,7 @@ mod terminal;
 pub use application::Emergency;
 pub(crate) use esc::ClockError;
 pub use faults::LineFault;
-pub use line::{EtherCatLine, Passage};
+pub use line::{EtherCatLine, Passage, Terminals};
 pub(crate) use line::{Line, LineSettings};
 pub use link::InProcessLink;
 

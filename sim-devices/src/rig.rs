@@ -8,12 +8,15 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use crate::director::DirectorBus;
-use crate::ethercat::{ClockError, EtherCatLine, Line, LineSettings};
+use crate::ethercat::{ClockError, EtherCatLine, Line, LineSettings, Terminals};
 use crate::scene::SceneTruth;
 use crate::unit::UnitSettings;
-use drivers::wire::{AnalogPort, ByteLine, DatagramPort, Fieldbus};
-use handles::{AnalogCard, AnalyserLine, BusHandle, ImuLine, MirrorLine, ScopeLine, TrackerHandle};
+use drivers::wire::{AnalogPort, ByteLine, DatagramPort, DigitalPort, Fieldbus};
+use handles::{
+    AnalogCard, AnalyserLine, BusHandle, DigitalCard, ImuLine, MirrorLine, ScopeLine, TrackerHandle,
+};
 
+pub use crate::cia402::DriveType;
 pub use crate::faults::Fault;
 pub use crate::physics::encoder::EncoderFault;
 pub use crate::physics::noise::SeedAddress;
@@ -51,11 +54,21 @@ impl SimulatedRig {
         self.bus.borrow_mut().follow_sync0(cycle, shift);
     }
 
-    /// EtherCAT SubDevices in front of the drives, and an analog terminal behind them: station 1 azimuth, station 2 elevation,
-    /// station 3 the terminal. Whoever takes frames from a wire hands them to this line. The clock of the second drive is
-    /// 20 ppm fast, so that a MainDevice has something to correct.
-    pub fn ethercat_line(&self) -> Box<dyn EtherCatLine> {
-        Box::new(Line::new(Rc::clone(&self.bus), &LineSettings { clocks: clocks(), has_terminal: true }))
+    /// EtherCAT SubDevices in front of the drives, and terminals behind them: station 1 azimuth, station 2 elevation, then the
+    /// terminals. Whoever takes frames from a wire hands them to this line. The clock of the second drive is 20 ppm fast, so
+    /// that a MainDevice has something to correct.
+    pub fn ethercat_line(&self, terminals: Terminals) -> Box<dyn EtherCatLine> {
+        Box::new(Line::new(Rc::clone(&self.bus), &LineSettings { clocks: clocks(), terminals }))
+    }
+
+    /// A drive (0 azimuth, 1 elevation) is of another type from now on; to be said before it is opened.
+    pub fn make_drive(&self, drive: usize, drive_type: DriveType) {
+        self.bus.borrow_mut().drive_mut(drive).become_type(drive_type);
+    }
+
+    /// The digital terminal at the emergency stop chain, without a bus in front of it.
+    pub fn digital_card(&self) -> Box<dyn DigitalPort> {
+        Box::new(DigitalCard(Rc::clone(&self.bus)))
     }
 
     /// The line of the inertial unit.

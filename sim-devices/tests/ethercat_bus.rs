@@ -2,8 +2,12 @@
 
 #[path = "ethercat_bus/bench.rs"]
 mod bench;
+#[path = "ethercat_bus/elmo.rs"]
+mod elmo;
 #[path = "ethercat_bus/mailbox.rs"]
 mod mailbox;
+#[path = "ethercat_bus/profile.rs"]
+mod profile;
 #[path = "ethercat_bus/wire.rs"]
 mod wire;
 
@@ -258,15 +262,36 @@ fn nobody_and_other_stations_than_expected_are_errors_that_say_what_to_do() {
     let error = error.unwrap_or_default();
     assert!(error.starts_with("bus 0 (wire): SubDevices: expected 1 to 16 SubDevices, found"), "{error}");
     assert!(error.contains("check that the cable"), "{error}");
-    let expected = |station| ExpectedStation { station, ..Default::default() };
-    let two = EtherCatSettings { stations: vec![expected(1), expected(2)], ..settings() };
-    let error = EtherCatBus::open(Box::new(SharedLink::new()), two).err().map(|error| error.to_string());
+    let expected =
+        |station, name: &str| ExpectedStation { station, name: name.to_owned(), ..Default::default() };
+    let refusal = |stations| {
+        let settings = EtherCatSettings { stations, ..settings() };
+        let error =
+            EtherCatBus::open(Box::new(SharedLink::new()), settings).err().map(|error| error.to_string());
+        error.unwrap_or_default()
+    };
     assert_eq!(
-        error.as_deref(),
-        Some(
-            "bus 0 (wire): SubDevices: expected 2 SubDevices, found 3 SubDevices; check cables and supplies, or correct the stations in the rig file"
-        )
+        refusal(vec![expected(1, "az"), expected(2, "el")]),
+        "bus 0 (wire): stations: expected no other station, found station 3 (SIM analog terminal, vendor 0053494Dh, \
+         product 00000A04h, serial 00000001h); take it off the line, or add it to the rig file as a `[[terminal]]`"
     );
+    let all = [expected(1, "az"), expected(2, "el"), expected(3, "card")];
+    let error = refusal([&all[..], &[expected(4, "inputs")]].concat());
+    assert!(
+        error.contains("expected station 4 (inputs) on the line, found stations 1, 2, 3 alone"),
+        "{error}"
+    );
+    let swapped = [all[0].clone(), expected(3, "el"), expected(2, "card")];
+    let swapped = swapped.map(|station| ExpectedStation {
+        product: if station.name == "card" { Some(0x0A04) } else { Some(0x402) },
+        ..station
+    });
+    let error = refusal(swapped.to_vec());
+    assert!(
+        error.contains("expected product code 00000A04h at station 2 (card), found 00000402h"),
+        "{error}"
+    );
+    assert_eq!(refusal(all.to_vec()), "");
 }
 
 #[test]

@@ -99,6 +99,9 @@ impl Bed {
         if self.on_ethercat.is_some() {
             wires.bus = ethercat::bus(&simulated, 1.0 / self.rig.loop_rate_hz, &schedule);
         }
+        if self.rig.emergency_stop_input.is_some() {
+            wires.ports = wires.ports.with_emergency_stop(simulated.digital_card());
+        }
         wires.bus = (self.wrap)(wires.bus);
         let gains = parameters::load(&self.rig).expect("shipped parameters");
         let mut armed = OpenRig::open(wires, &self.rig, &gains, &Clock::Virtual)

@@ -10,7 +10,7 @@ use std::time::Duration;
 use drivers::wire::Fieldbus;
 use drivers::wire::ethercat::{EtherCatBus, EtherCatSettings};
 use procedures::log::PointStatus;
-use sim_devices::ethercat::{Emergency, EtherCatLine, InProcessLink, LineFault, Passage};
+use sim_devices::ethercat::{Emergency, EtherCatLine, InProcessLink, LineFault, Passage, Terminals};
 use sim_devices::rig::{Fault, SimulatedRig};
 
 use super::bed::{Bed, Ran, case, go_to};
@@ -61,7 +61,10 @@ impl EtherCatLine for Troubled {
 
 /// The bus of a simulated rig over an EtherCAT wire in process.
 pub(super) fn bus(simulated: &SimulatedRig, cycle_s: f64, schedule: &Schedule) -> Box<dyn Fieldbus> {
-    let line = Troubled { line: simulated.ethercat_line(), schedule: Rc::clone(schedule) };
+    let line = Troubled {
+        line: simulated.ethercat_line(Terminals { analog: true, digital: false }),
+        schedule: Rc::clone(schedule),
+    };
     let link = InProcessLink::new(Box::new(line));
     let settings = EtherCatSettings::usual("bus", cycle_s);
     Box::new(EtherCatBus::open(Box::new(link), settings).expect("three stations that answer"))

@@ -1,4 +1,4 @@
-//! `bench explain`: kinds, drivers, requirements, units, controller parameters, safety parameters of a rig, exit codes.
+//! `bench explain`: kinds, drivers, drive profiles, requirements, units, controller parameters, safety parameters of a rig, exit codes.
 
 use procedures::diagnostic::{Diagnostic, nearest};
 use procedures::kinds::{self, KINDS};
@@ -41,7 +41,8 @@ pub(super) fn run(args: &Args) -> u8 {
         .or_else(|| topics::file(name))
         .map(Ok)
         .or_else(|| unit_or_gains(name))
-        .or_else(|| topics::rig_file(name).map(Ok));
+        .or_else(|| topics::rig_file(name).map(Ok))
+        .or_else(|| topics::profile(name).map(Ok));
     match found {
         Some(Ok(text)) => {
             output::say(&text);
@@ -59,6 +60,7 @@ pub(super) fn run(args: &Args) -> u8 {
                 .chain(shipped::all(Folder::States).map(|s| s.stem()))
                 .chain(shipped::all(Folder::Parameters).map(|p| p.stem()))
                 .chain(shipped::all(Folder::Rigs).map(|r| r.stem()))
+                .chain(shipped::all(Folder::Profiles).map(|p| p.stem()))
                 .chain(shipped::all(Folder::Procedures).map(|p| p.path.trim_end_matches(".toml")))
                 .chain(["exit-code", "signals", "rig"]);
             let known: Vec<&str> = known.collect();

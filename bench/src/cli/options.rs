@@ -2,6 +2,7 @@
 
 use super::output;
 use crate::exit;
+use crate::files::profile;
 use crate::files::rig::read_rig;
 use crate::files::shipped::{self, Folder, sort};
 use crate::files::unit::load_unit;
@@ -80,8 +81,8 @@ impl On {
         let (rig, unit) = load(&self.rig, &self.unit)?;
         Ok(match self.tier {
             None => (rig, unit),
-            Some(Rehearsal::Virtual) => (rig.rehearsed_on(Tier::Virtual), unit),
-            Some(Rehearsal::Paced) => (rig.rehearsed_on(Tier::Paced), unit),
+            Some(Rehearsal::Virtual) => (rig.rehearsed_on(Tier::Virtual, &profile::simulated()), unit),
+            Some(Rehearsal::Paced) => (rig.rehearsed_on(Tier::Paced, &profile::simulated()), unit),
         })
     }
 }

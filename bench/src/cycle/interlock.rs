@@ -38,6 +38,8 @@ pub struct View<'a> {
     pub uses_gyro: bool,
     /// Digital inputs (60FDh) of the first drive, to which emergency stop and enabling switch are wired.
     pub rig_inputs: u32,
+    /// Whether the emergency stop chain is open by the input of a terminal; `false` where it is wired to a drive.
+    pub emergency_stop_is_open: bool,
     /// Position reference minus actual position; `None` where no position loop is closed.
     pub following_error_rad: Option<f64>,
     /// Bounds of displacement and speed for this point alone, tighter than the limits of the rig.

@@ -6,6 +6,7 @@ use procedures::device::DeviceRole;
 use procedures::diagnostic::{Diagnostic, SourceFile};
 use procedures::table::{TableReader, read_file};
 
+use super::profile;
 use crate::model::axis::{AxisGuard, RigAxis, VelocityFeedback};
 use crate::model::device::DeviceEntry;
 use crate::model::rig::{Gimbal, Rig, Tier};
@@ -16,13 +17,16 @@ use crate::rig::devices::reference;
 mod axes;
 mod connections;
 mod device;
+mod drive;
 mod fields;
 mod instrument;
 mod safety;
+mod terminal;
 mod unsafe_settings;
 
 use connections::Connections;
 pub use device::DEVICE_FIELDS;
+use drive::Drives;
 pub use fields::{AXIS_FIELDS, FIELDS};
 pub(in crate::files) use instrument::day;
 pub use safety::SAFETY_FIELDS;
@@ -38,12 +42,20 @@ const LOOP_RATES_HZ: [f64; 2] = [250.0, 20_000.0];
 /// # Errors
 /// All mistakes at once.
 pub fn read_rig(source: SourceFile) -> Result<Rig, Vec<Diagnostic>> {
-    let mut rig = read_file(&source, FIELDS, read)?;
-    rig.source = source;
-    Ok(rig)
+    let mut drives = Drives::default();
+    let read = read_file(&source, FIELDS, |t| read(t, &mut drives));
+    let mut mistakes = drives.mistakes;
+    match read {
+        Ok(rig) if mistakes.is_empty() => Ok(Rig { source, ..rig }),
+        Ok(_) => Err(mistakes),
+        Err(own) => {
+            mistakes.splice(..0, own);
+            Err(mistakes)
+        }
+    }
 }
 
-fn read(t: &mut TableReader<'_>) -> Option<Rig> {
+fn read(t: &mut TableReader<'_>, drives: &mut Drives) -> Option<Rig> {
     let id = t.text("id");
     let title = t.text("title");
     let tier = t.text("tier").map(|tier| read_tier(&tier));
@@ -54,7 +66,10 @@ fn read(t: &mut TableReader<'_>) -> Option<Rig> {
     let bits = bits(t);
     let whole = cycle_s.zip(missed).map(|(cycle_s, missed)| Loop { cycle_s, missed: missed as f64, bits });
     let mut connections = Connections::new(tier);
-    let axes = axes::read(t, |t, name| read_axis(t, name, cycle_s, whole, &mut connections));
+    let axes = axes::read(t, |t, name| {
+        let station = connections.station(t);
+        read_axis(t, name, cycle_s, whole, |t, safety| drives.read(t, name, tier, cycle_s, safety, station))
+    });
     if loop_rate_hz.is_some_and(|hz| !(LOOP_RATES_HZ[0]..=LOOP_RATES_HZ[1]).contains(&hz)) {
         let help = format!(
             "choose one from {} Hz to {} Hz; the director's own is 4 kHz",
@@ -75,15 +90,13 @@ fn read(t: &mut TableReader<'_>) -> Option<Rig> {
     if let (Some(devices), Some(axes)) = (&devices, &mut axes) {
         attach_references(axes, devices);
     }
+    let terminals = if t.has("terminal") { t.tables("terminal", terminal::read) } else { Some(Vec::new()) };
+    let input = terminal::read_input(t);
+    connections.check_terminals(t, terminals.as_deref().unwrap_or_default(), input.as_ref());
     let wires = connections.interface(t, devices.as_deref().unwrap_or_default());
     let instruments =
         if t.has("instrument") { t.tables("instrument", instrument::read) } else { Some(Vec::new()) };
-    let by_gyro = |axes: &[RigAxis]| axes.iter().any(|a| a.velocity_feedback == VelocityFeedback::Gyro);
-    let has_gyro = |devices: &[DeviceEntry]| devices.iter().any(|d| d.role == Some(DeviceRole::InertialUnit));
-    if axes.as_deref().is_some_and(by_gyro) && !devices.as_deref().is_none_or(has_gyro) {
-        let help = "add an inertial unit as a `[[device]]`, or close the loop on the encoder".to_owned();
-        t.mistake("axis", "a velocity loop uses the gyro, but the rig has no inertial unit", Some(help));
-    }
+    check_gyros(t, axes.as_deref(), devices.as_deref());
     Some(Rig {
         id: id?,
         title: title?,
@@ -95,11 +108,23 @@ fn read(t: &mut TableReader<'_>) -> Option<Rig> {
         parameters: parameters?,
         axes: axes?,
         emergency_stop_bit: bits.0,
+        emergency_stop_input: input.map(|input| input.what),
         enabling_switch_bit: bits.1,
         devices: devices?,
+        terminals: terminals?.into_iter().map(|terminal| terminal.what).collect(),
         instruments: instruments?,
         source: SourceFile { name: String::new(), text: String::new() },
     })
+}
+
+/// A velocity loop on the gyro needs an inertial unit.
+fn check_gyros(t: &mut TableReader<'_>, axes: Option<&[RigAxis]>, devices: Option<&[DeviceEntry]>) {
+    let by_gyro = |axes: &[RigAxis]| axes.iter().any(|a| a.velocity_feedback == VelocityFeedback::Gyro);
+    let has_gyro = |devices: &[DeviceEntry]| devices.iter().any(|d| d.role == Some(DeviceRole::InertialUnit));
+    if axes.is_some_and(by_gyro) && !devices.is_none_or(has_gyro) {
+        let help = "add an inertial unit as a `[[device]]`, or close the loop on the encoder".to_owned();
+        t.mistake("axis", "a velocity loop uses the gyro, but the rig has no inertial unit", Some(help));
+    }
 }
 
 /// The tier of one of the words that its field allows.
@@ -165,24 +190,25 @@ fn read_axis(
     name: &str,
     cycle_s: Option<f64>,
     whole: Option<Loop>,
-    connections: &mut Connections,
+    read_drive: impl FnOnce(&mut TableReader<'_>, Option<&Safety>) -> Option<DriveSettings>,
 ) -> Option<RigAxis> {
     let carried_by = t.has("carried-by").then(|| t.text("carried-by")).flatten();
     let gains = t.has("gains").then(|| t.text("gains")).flatten();
     let written = t.table("safety", safety::read);
     let safety = written.as_ref().map(|written| &written.safety);
     let limits = read_limits(t, safety, cycle_s);
-    let station = connections.station(t);
-    let drive = read_drive(t, name, cycle_s, safety, station);
+    let drive = read_drive(t, safety);
+    let serial = profile::number(t, "serial");
     let velocity_feedback = match t.text("velocity-feedback").as_deref() {
         Some("gyro") => VelocityFeedback::Gyro,
         _ => VelocityFeedback::Encoder,
     };
-    let limits = limits?;
     let written = written?;
     let drive = drive?;
     let whole = whole?;
-    let guard = guard(&limits, &written.safety, &whole);
+    let limits = AxisLimits { torque_quantum_nm: drive.torque_quantum_nm(), ..limits? };
+    let mut guard = guard(&limits, &written.safety, &whole);
+    guard.watches_heat_sink = drive.profile.heat_sink.is_some();
     let settings = unsafe_settings::Settings {
         limits: &limits,
         safety: &written.safety,
@@ -200,6 +226,7 @@ fn read_axis(
         limits,
         guard,
         drive,
+        serial,
         velocity_feedback,
     })
 }
@@ -266,6 +293,7 @@ fn guard(limits: &AxisLimits, safety: &Safety, whole: &Loop) -> AxisGuard {
         worst_load_nm: worst_load_nm(&safety.loads, limits.travel_rad),
         emergency_stop_bit: whole.bits.0,
         enabling_switch_bit: whole.bits.1,
+        watches_heat_sink: true,
     }
 }
 
@@ -276,41 +304,9 @@ fn worst_load_nm(loads: &Loads, [low, high]: [f64; 2]) -> f64 {
     (0..=STEPS).map(load_nm).fold(0.0, f64::max)
 }
 
-fn read_drive(
-    t: &mut TableReader<'_>,
-    name: &str,
-    cycle_s: Option<f64>,
-    safety: Option<&Safety>,
-    station: Option<u16>,
-) -> Option<DriveSettings> {
-    let safety = safety?;
-    Some(DriveSettings {
-        name: name.to_owned(),
-        station: station?,
-        torque_constant_nm_per_a: t.positive("torque-constant")?,
-        rated_current_a: t.positive("rated-current")?,
-        rated_torque_nm: t.positive("rated-torque")?,
-        max_torque_nm: t.positive("max-torque")?,
-        encoder_counts_per_rev: counts_per_rev(t.integer("encoder-bits", 8)?),
-        encoder_offset_rad: t.quantity("encoder-offset")?,
-        encoder_sign: if t.text("encoder-sign")? == "-" { -1.0 } else { 1.0 },
-        soft_limits_rad: t.range("soft-limits")?,
-        max_velocity_rad_per_s: safety.trip_velocity_rad_per_s,
-        quick_stop_deceleration_rad_per_s2: safety.braking_deceleration_rad_per_s2,
-        // Ramp down, then stay in quick stop active with torque on: an axis is released by `make_safe` alone, where
-        // friction holds it.
-        quick_stop_option: 6,
-        fault_reaction_option: 2,
-        abort_connection_option: 3,
-        watchdog_s: safety.watchdog_s,
-        cycle_s: cycle_s?,
-        transition_timeout_s: 2.0,
-    })
-}
-
 fn counts_per_rev(bits: i64) -> u32 {
     1 << bits.clamp(8, 30)
 }
 
 #[cfg(test)]
-mod tests;
+pub(in crate::files) mod tests;

@@ -36,6 +36,8 @@ pub enum Folder {
     States,
     /// Controller parameters.
     Parameters,
+    /// Types of drives.
+    Profiles,
 }
 
 impl Folder {
@@ -48,6 +50,7 @@ impl Folder {
             Self::Units => "a unit",
             Self::States => "a build state",
             Self::Parameters => "controller parameters",
+            Self::Profiles => "a drive profile",
         }
     }
 
@@ -60,6 +63,7 @@ impl Folder {
             Self::Units => "unit",
             Self::States => "build state",
             Self::Parameters => "controller parameters",
+            Self::Profiles => "drive profile",
         }
     }
 }

@@ -30,6 +30,8 @@ pub struct RigAxis {
     pub guard: AxisGuard,
     /// What the drive is told and checked against.
     pub drive: DriveSettings,
+    /// Serial number that the drive must have; `None` takes any.
+    pub serial: Option<u32>,
     /// Where the velocity loop takes its rate from.
     pub velocity_feedback: VelocityFeedback,
 }
@@ -51,6 +53,8 @@ pub struct AxisGuard {
     pub emergency_stop_bit: Option<u32>,
     /// Bit of 60FDh of the first drive that is 1 while the enabling switch is held; `None` without one.
     pub enabling_switch_bit: Option<u32>,
+    /// Whether the drive tells the temperature of its heat sink.
+    pub watches_heat_sink: bool,
 }
 
 /// A stop is never computed with less than this share of the deceleration in the rig file.

@@ -1,5 +1,8 @@
 //! A rig: its axes, its devices, its instruments, and the limits that the bench relies on.
 
+use std::sync::Arc;
+
+use drivers::cia402::profile::DriveProfile;
 use procedures::axis::{Axes, Axis};
 use procedures::device::DeviceRole;
 use procedures::diagnostic::SourceFile;
@@ -7,6 +10,7 @@ use procedures::diagnostic::SourceFile;
 use super::axis::RigAxis;
 use super::device::DeviceEntry;
 use super::instrument::Instrument;
+use super::terminal::{Terminal, TerminalInput};
 
 /// Fidelity of a rig: which wires, which clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -83,10 +87,14 @@ pub struct Rig {
     pub axes: Vec<RigAxis>,
     /// Bit of 60FDh of the first drive that is 1 while the emergency stop chain is open; `None` without a wire.
     pub emergency_stop_bit: Option<u32>,
+    /// Input of a digital terminal that is on while the emergency stop chain is closed; `None` without one.
+    pub emergency_stop_input: Option<TerminalInput>,
     /// Bit of 60FDh of the first drive that is 1 while the enabling switch is held; `None` without one.
     pub enabling_switch_bit: Option<u32>,
     /// Devices and instruments that the bench talks to, in the order in which they are opened and logged.
     pub devices: Vec<DeviceEntry>,
+    /// SubDevices on the wire beside the drives, as the file names them; devices and the emergency stop name more.
+    pub terminals: Vec<Terminal>,
     /// Instruments of the bench with their calibration.
     pub instruments: Vec<Instrument>,
     /// The file.
@@ -151,18 +159,30 @@ impl Rig {
         Ok(built)
     }
 
-    /// The rig with simulated devices in this process instead of its wires. Drives keep their order: the one with the lowest
-    /// address stands on the first station of the simulated bus.
+    /// The rig with simulated devices in this process instead of its wires, `profile` being that of the drives there. Drives
+    /// keep their order: the one with the lowest address stands on the first station of the simulated bus.
     #[must_use]
-    pub fn rehearsed_on(&self, tier: Tier) -> Self {
-        let mut rehearsed = Self { tier, interface: None, ..self.clone() };
+    pub fn rehearsed_on(&self, tier: Tier, profile: &Arc<DriveProfile>) -> Self {
+        let mut rehearsed = Self { tier, interface: None, ..self.in_station_order() };
+        for axis in &mut rehearsed.axes {
+            axis.drive.profile = Arc::clone(profile);
+            axis.limits.torque_quantum_nm = axis.drive.torque_quantum_nm();
+            axis.guard.watches_heat_sink = profile.heat_sink.is_some();
+        }
+        rehearsed
+    }
+
+    /// The rig with its drives on stations 1, 2, … in the order of their addresses, as a simulated bus has them.
+    #[must_use]
+    pub fn in_station_order(&self) -> Self {
+        let mut numbered = self.clone();
         let mut addresses: Vec<u16> = self.axes.iter().map(|axis| axis.drive.station).collect();
         addresses.sort_unstable();
-        for axis in &mut rehearsed.axes {
+        for axis in &mut numbered.axes {
             let place = addresses.iter().position(|&own| own == axis.drive.station);
             axis.drive.station = place.map_or(axis.drive.station, |place| place as u16 + 1);
         }
-        rehearsed
+        numbered
     }
 
     /// Index of an axis.

@@ -107,7 +107,10 @@ impl ArmedRig {
     /// # Errors
     /// A device that refuses, or reads back something else: what it has then is not known.
     pub fn poll_change(&mut self, now: Duration) -> Result<bool, DeviceError> {
-        // One transfer at a time: the drives share a bus.
+        // One transfer at a time: the drives share a bus. A reading of a heat sink ends first, within a second.
+        if self.reads_heat_sink.is_some() {
+            return Ok(false);
+        }
         for drive in &mut self.drives {
             if !drive.poll_change(&mut *self.bus, now)? {
                 return Ok(false);

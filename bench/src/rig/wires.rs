@@ -1,7 +1,7 @@
 //! The host's ends of all wires of a rig: the bus of its drives, and the ports that devices hang on.
 
 use drivers::device::DeviceError;
-use drivers::wire::{AnalogPort, ByteLine, DatagramPort, Fieldbus};
+use drivers::wire::{AnalogPort, ByteLine, DatagramPort, DigitalPort, Fieldbus};
 
 /// All wires.
 pub struct Wires {
@@ -17,6 +17,7 @@ pub struct Ports {
     lines: Vec<(String, Box<dyn ByteLine>)>,
     cards: Vec<(String, Box<dyn AnalogPort>)>,
     sockets: Vec<(String, Box<dyn DatagramPort>)>,
+    emergency_stop: Option<Box<dyn DigitalPort>>,
 }
 
 impl Ports {
@@ -39,6 +40,17 @@ impl Ports {
     pub fn with_socket(mut self, name: &str, socket: Box<dyn DatagramPort>) -> Self {
         self.sockets.push((name.to_owned(), socket));
         self
+    }
+
+    /// With the digital terminal to which the emergency stop is wired.
+    #[must_use]
+    pub fn with_emergency_stop(self, terminal: Box<dyn DigitalPort>) -> Self {
+        Self { emergency_stop: Some(terminal), ..self }
+    }
+
+    /// The digital terminal to which the emergency stop is wired.
+    pub fn emergency_stop(&mut self) -> Option<&mut Box<dyn DigitalPort>> {
+        self.emergency_stop.as_mut()
     }
 
     /// With a byte line seen through something else, for faults on the wire.

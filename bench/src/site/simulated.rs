@@ -5,13 +5,15 @@ use std::time::Duration;
 use drivers::device::DeviceError;
 use drivers::wire::ethercat::EtherCatSettings;
 use procedures::case::Case;
-use sim_devices::ethercat::EtherCatLine;
-use sim_devices::rig::{AxesTruth, AxisTruth, Fault, SeedAddress, SimulatedRig, SimulatedTable, StartState};
+use sim_devices::ethercat::{EtherCatLine, Terminals};
+use sim_devices::rig::{
+    AxesTruth, AxisTruth, DriveType, Fault, SeedAddress, SimulatedRig, SimulatedTable, StartState,
+};
 use sim_devices::unit::{TableSettings, UnitSettings};
 use sim_devices::world::AXIS_NAMES;
 
 use super::unit_for_case::world_axis;
-use super::wired::terminal_addresses;
+use super::wired::card_address;
 use super::{Contact, Purpose, Surroundings, sim_unit_for_case};
 use crate::model::rig::Rig;
 use crate::rig::wires::{Ports, Wires};
@@ -127,14 +129,15 @@ impl Units<'_> {
     }
 
     fn far_ends_without_aliases(&self, rig: &Rig, purpose: &Purpose<'_>) -> Result<FarEnds, DeviceError> {
-        let rig = &rig.rehearsed_on(rig.tier);
+        let terminals = served(rig)?;
+        let rig = &rig.in_station_order();
         let (seed, procedure) = (purpose.seed, purpose.procedure.to_owned());
         let address = SeedAddress { seed, procedure, point: String::new() };
         let settings = match &self.unit.world {
             World::Table(settings) => {
                 check_names(settings, rig)?;
                 let simulated = SimulatedTable::new(settings, &address, &purpose.pose_rad);
-                let line = simulated.ethercat_line();
+                let line = simulated.ethercat_line(terminals);
                 return Ok(FarEnds { line, world: Box::new(AroundTable { simulated }) });
             }
             World::Director(settings) => settings,
@@ -142,22 +145,62 @@ impl Units<'_> {
         let names = world_names(rig);
         let start = start_state(&names, purpose, settings.az.ambient_degc);
         let simulated = SimulatedRig::at_rate(settings, &address, start, rig.loop_rate_hz);
-        let line = simulated.ethercat_line();
+        make_drives(rig, &simulated);
+        let line = simulated.ethercat_line(terminals);
         let (settings, rig) = (settings.as_ref().clone(), rig.clone());
         Ok(FarEnds { line, world: Box::new(AroundDirector { simulated, settings, rig, names, address }) })
     }
 }
 
-/// Stations of drives and terminals in the order in which a simulator puts them on the wire: by their addresses.
+/// Drives at the far end of a wire are of the types that the rig names, as far as the simulator has them. Those of others are the
+/// simulator's own, which a profile of another type refuses.
+fn make_drives(rig: &Rig, simulated: &SimulatedRig) {
+    for axis in rig.axes.iter().filter(|axis| axis.drive.profile.id == ELMO_GOLD) {
+        if let Some(drive @ 0..=1) = usize::from(axis.drive.station).checked_sub(1) {
+            simulated.make_drive(drive, DriveType::ElmoGold);
+        }
+    }
+}
+
+/// Profile of the drives that [`DriveType::ElmoGold`] is like.
+const ELMO_GOLD: &str = "elmo-gold";
+
+/// Stations of drives and terminals in the order in which a simulator puts them on the wire: drives by their addresses, the
+/// analog terminal, the digital one.
 fn stations(rig: &Rig) -> Vec<u16> {
-    let drives = rig.axes.iter().map(|axis| axis.drive.station);
-    let terminals = terminal_addresses(rig).into_iter().map(|(_, station)| station);
-    let mut drives: Vec<u16> = drives.collect();
-    let mut terminals: Vec<u16> = terminals.collect();
+    let mut drives: Vec<u16> = rig.axes.iter().map(|axis| axis.drive.station).collect();
     drives.sort_unstable();
-    terminals.sort_unstable();
-    terminals.dedup();
-    [drives, terminals].concat()
+    let beside = rig.stations_beside_drives();
+    let analog = beside.iter().filter(|own| own.is_card);
+    let digital = beside.iter().filter(|own| own.is_emergency_stop);
+    drives.extend(analog.chain(digital).map(|own| own.station));
+    drives
+}
+
+/// The terminals that a simulator serves for a rig.
+///
+/// # Errors
+/// Terminals that it does not have: more than one of a sort, one that is both, one that only `[[terminal]]` names.
+fn served(rig: &Rig) -> Result<Terminals, DeviceError> {
+    let beside = rig.stations_beside_drives();
+    let refused = |found: String| DeviceError::Field {
+        device: format!("rig `{}`", rig.id),
+        field: "terminals",
+        expected:
+            "at most one analog terminal and one digital one for the emergency stop, as a simulator has them"
+                .to_owned(),
+        found,
+        help: "rehearse the rig without its other terminals, or with `--tier virtual`",
+    };
+    let odd = beside.iter().find(|own| own.is_card == own.is_emergency_stop);
+    if let Some(own) = odd {
+        return Err(refused(format!("station {} ({})", own.station, own.names.join(", "))));
+    }
+    let analog = beside.iter().filter(|own| own.is_card).count();
+    if analog > 1 {
+        return Err(refused(format!("{analog} analog terminals")));
+    }
+    Ok(Terminals { analog: analog == 1, digital: beside.len() > analog })
 }
 
 /// What a point asks of the surroundings of the rig and a simulated unit cannot bring.
@@ -201,7 +244,10 @@ fn table(
     if let Some(sync0) = Sync0::of(rig) {
         simulated.follow_sync0(sync0.cycle, sync0.shift);
     }
-    let wires = Wires::table(&simulated);
+    let mut wires = Wires::table(&simulated);
+    if rig.emergency_stop_input.is_some() {
+        wires.ports = wires.ports.with_emergency_stop(simulated.digital_card());
+    }
     Ok(Simulated { wires, surroundings: Box::new(AroundTable { simulated }) })
 }
 
@@ -239,12 +285,16 @@ fn start_state(names: &[Option<String>; 2], purpose: &Purpose<'_>, heat_sink_deg
     StartState { az_rad, el_rad, heat_sink_degc }
 }
 
-/// The wires of a rig that names terminals on a bus, rehearsed in this process: each is the analog card.
+/// The wires of a rig that names terminals on a bus, rehearsed in this process: each is the analog card, and the one at the
+/// emergency stop the digital one.
 fn with_terminals(mut wires: Wires, rig: &Rig, simulated: &SimulatedRig) -> Wires {
-    for (address, _) in terminal_addresses(rig) {
-        wires.ports = wires.ports.with_card(&address, simulated.analog_card());
+    for own in rig.stations_beside_drives().iter().filter(|own| own.is_card) {
+        wires.ports = wires.ports.with_card(&card_address(rig, own.station), simulated.analog_card());
     }
-    wires
+    match rig.emergency_stop_input {
+        Some(_) => Wires { ports: wires.ports.with_emergency_stop(simulated.digital_card()), ..wires },
+        None => wires,
+    }
 }
 
 /// What is around a simulated director.

@@ -1,49 +1,69 @@
-//! Analog terminals on the bus of the drives: their voltages go with the process data.
+//! Terminals on the bus of the drives: their voltages and digital inputs go with the process data.
 
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::Duration;
 
 use drivers::device::DeviceError;
+use drivers::wire::ethercat::terminal::{AnalogTerminal, DigitalTerminal, TerminalChannel};
 use drivers::wire::{
-    AnalogPort, BusState, Exchange, Fieldbus, Notice, ProcessImage, SdoAbort, SdoRequest, SdoWire, Slot,
+    AnalogPort, BusState, DigitalPort, Exchange, Fieldbus, Notice, ProcessImage, SdoAbort, SdoRequest,
+    SdoWire, Slot,
 };
 
-/// Counts of ±10 V: 16 bit, signed.
-const COUNTS_PER_V: f64 = 32_767.0 / 10.0;
+/// Volts of one step of a channel: ±10 V in 16 bit, signed.
+const V_PER_STEP: f64 = 10.0 / 32_767.0;
 /// Bytes of a channel.
 const BYTES: usize = 2;
 
-/// Stations of terminals, each with the process data that its port and the bus share.
-pub(super) type Images = Vec<(u16, Rc<RefCell<CardImage>>)>;
+/// Stations of terminals, each with the process data that its ports and the bus share.
+pub(super) type Images = Vec<(u16, Rc<RefCell<TerminalImage>>)>;
 
-/// Process data of a terminal, shared by its port and the bus.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(super) struct CardImage {
-    /// How many channels there are is known.
-    is_mapped: bool,
-    inputs: Vec<u8>,
-    outputs: Vec<u8>,
+/// Process data of a terminal, shared by its ports and the bus.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct TerminalImage {
+    /// What the process data mean; `None` before the bus is mapped.
+    mapped: Option<Mapped>,
+    /// The terminal's own part of the process image.
+    image: ProcessImage,
+    /// A good exchange has brought inputs.
+    is_sampled: bool,
 }
 
-/// A terminal as an analog card.
+/// A terminal in both of its shapes; which of them makes sense is up to whoever wired it.
+#[derive(Clone, Debug, PartialEq)]
+struct Mapped {
+    analog: AnalogTerminal,
+    digital: DigitalTerminal,
+}
+
+impl TerminalImage {
+    /// The bus is mapped, with the terminal's data at this slot.
+    fn map(&mut self, name: &str, slot: &Slot) -> Result<(), DeviceError> {
+        let own = Slot { outputs: 0..slot.outputs.len(), inputs: 0..slot.inputs.len() };
+        let channels = |bytes: usize| {
+            (0..bytes / BYTES).map(|k| TerminalChannel { byte: k * BYTES, v_per_step: V_PER_STEP }).collect()
+        };
+        let analog =
+            AnalogTerminal::new(name, own.clone(), channels(own.inputs.len()), channels(own.outputs.len()))?;
+        self.mapped = Some(Mapped { analog, digital: DigitalTerminal::new(name, &own) });
+        self.image.outputs.resize(own.outputs.len(), 0);
+        self.image.inputs.resize(own.inputs.len(), 0);
+        self.is_sampled = false;
+        Ok(())
+    }
+}
+
+/// A terminal as an analog card, or as a card of digital inputs.
 pub(super) struct TerminalCard {
     name: String,
-    image: Rc<RefCell<CardImage>>,
+    shared: Rc<RefCell<TerminalImage>>,
 }
 
 impl TerminalCard {
     /// The terminal at an address.
-    pub(super) fn new(name: &str, image: Rc<RefCell<CardImage>>) -> Self {
-        Self { name: name.to_owned(), image }
-    }
-
-    fn no_channel(&self, way: &str, channel: usize, bytes: usize) -> DeviceError {
-        let reason = match bytes / BYTES {
-            0 => format!("no {way} {channel}: the terminal has none; check the station in the rig file"),
-            count => format!("no {way} {channel}: the terminal has 0 to {}", count - 1),
-        };
-        DeviceError::Bus { device: self.name.clone(), reason }
+    pub(super) fn new(name: &str, shared: Rc<RefCell<TerminalImage>>) -> Self {
+        Self { name: name.to_owned(), shared }
     }
 }
 
@@ -52,44 +72,41 @@ impl AnalogPort for TerminalCard {
         &self.name
     }
 
-    /// Goes out with the next exchange.
+    /// Goes out with the next exchange. Before the bus is mapped nobody knows which outputs there are, and all stay at 0 V.
     fn write_v(&mut self, _now: Duration, channel: usize, volts: f64) -> Result<(), DeviceError> {
-        let mut image = self.image.borrow_mut();
-        let at = channel * BYTES;
-        let (length, is_mapped) = (image.outputs.len(), image.is_mapped);
-        match image.outputs.get_mut(at..at + BYTES) {
-            Some(bytes) => {
-                let counts = (volts * COUNTS_PER_V).round_ties_even();
-                let counts = counts.clamp(f64::from(-i16::MAX), f64::from(i16::MAX)) as i16;
-                bytes.copy_from_slice(&counts.to_le_bytes());
-                Ok(())
-            }
-            // Before the bus is mapped nobody knows how many channels there are, and all outputs stay at 0 V.
-            None if !is_mapped => Ok(()),
-            None => Err(self.no_channel("output", channel, length)),
-        }
+        let TerminalImage { mapped, image, .. } = &mut *self.shared.borrow_mut();
+        let Some(mapped) = mapped else { return Ok(()) };
+        mapped.analog.write_v(image, channel, volts).map(|_| ())
     }
 
     /// As sampled at the last exchange; 0 V before the first.
     fn read_v(&mut self, _now: Duration, channel: usize) -> Result<f64, DeviceError> {
-        let image = self.image.borrow();
-        let at = channel * BYTES;
-        match image.inputs.get(at..at + BYTES) {
-            Some(bytes) => Ok(f64::from(i16::from_le_bytes([bytes[0], bytes[1]])) / COUNTS_PER_V),
-            None if !image.is_mapped => Ok(0.0),
-            None => Err(self.no_channel("input", channel, image.inputs.len())),
-        }
+        let TerminalImage { mapped, image, .. } = &*self.shared.borrow();
+        mapped.as_ref().map_or(Ok(0.0), |mapped| mapped.analog.read_v(image, channel))
     }
 }
 
-/// A terminal on the bus: its station, its place in the process image, its port.
+impl DigitalPort for TerminalCard {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn is_on(&mut self, _now: Duration, input: usize) -> Result<Option<bool>, DeviceError> {
+        let TerminalImage { mapped, image, is_sampled } = &*self.shared.borrow();
+        let Some(mapped) = mapped else { return Ok(None) };
+        let is_on = mapped.digital.is_on(image, input)?;
+        Ok(is_sampled.then_some(is_on))
+    }
+}
+
+/// A terminal on the bus: its station, its place in the process image, its ports.
 struct Terminal {
     station: u16,
     slot: Slot,
-    image: Rc<RefCell<CardImage>>,
+    shared: Rc<RefCell<TerminalImage>>,
 }
 
-/// A bus whose terminals serve analog cards.
+/// A bus whose terminals serve analog cards and digital inputs.
 pub(super) struct WithTerminals<B: Fieldbus> {
     bus: B,
     terminals: Vec<Terminal>,
@@ -98,7 +115,7 @@ pub(super) struct WithTerminals<B: Fieldbus> {
 impl<B: Fieldbus> WithTerminals<B> {
     /// A bus with these terminals, by station.
     pub(super) fn new(bus: B, images: Images) -> Self {
-        let terminal = |(station, image)| Terminal { station, slot: Slot::default(), image };
+        let terminal = |(station, shared)| Terminal { station, slot: Slot::default(), shared };
         Self { bus, terminals: images.into_iter().map(terminal).collect() }
     }
 }
@@ -135,10 +152,7 @@ impl<B: Fieldbus> Fieldbus for WithTerminals<B> {
                 );
                 DeviceError::Bus { device: self.bus.name().to_owned(), reason }
             })?;
-            let mut card = terminal.image.borrow_mut();
-            card.is_mapped = true;
-            card.inputs.resize(slot.inputs.len(), 0);
-            card.outputs.resize(slot.outputs.len(), 0);
+            terminal.shared.borrow_mut().map(&format!("terminal at station {station}"), slot)?;
             terminal.slot = slot.clone();
         }
         Ok((image, slots))
@@ -167,14 +181,16 @@ impl<B: Fieldbus> Fieldbus for WithTerminals<B> {
     fn exchange(&mut self, now: Duration, image: &mut ProcessImage) -> Result<Exchange, DeviceError> {
         for terminal in &self.terminals {
             if let Some(bytes) = image.outputs.get_mut(terminal.slot.outputs.clone()) {
-                bytes.copy_from_slice(&terminal.image.borrow().outputs);
+                bytes.copy_from_slice(&terminal.shared.borrow().image.outputs);
             }
         }
         let exchanged = self.bus.exchange(now, image)?;
         if exchanged.working_counter == exchanged.expected {
             for terminal in &self.terminals {
                 if let Some(bytes) = image.inputs.get(terminal.slot.inputs.clone()) {
-                    terminal.image.borrow_mut().inputs.copy_from_slice(bytes);
+                    let mut shared = terminal.shared.borrow_mut();
+                    shared.image.inputs.copy_from_slice(bytes);
+                    shared.is_sampled = true;
                 }
             }
         }
@@ -187,7 +203,10 @@ mod tests {
     use super::*;
 
     /// A bus with one terminal of two inputs and one output: inputs repeat what was output.
-    struct Loop;
+    struct Loop {
+        /// Frames come back with the expected working counter.
+        is_whole: bool,
+    }
 
     impl SdoWire for Loop {
         fn start(&mut self, _now: Duration, _request: &SdoRequest<'_>) {}
@@ -219,14 +238,14 @@ mod tests {
 
         fn exchange(&mut self, _now: Duration, image: &mut ProcessImage) -> Result<Exchange, DeviceError> {
             image.inputs[..2].copy_from_slice(&image.outputs.clone());
-            Ok(Exchange { working_counter: 3, expected: 3 })
+            Ok(Exchange { working_counter: if self.is_whole { 3 } else { 1 }, expected: 3 })
         }
     }
 
     fn card(station: u16) -> (WithTerminals<Loop>, TerminalCard) {
-        let image = Rc::new(RefCell::new(CardImage::default()));
-        let bus = WithTerminals::new(Loop, vec![(station, Rc::clone(&image))]);
-        (bus, TerminalCard::new("ethercat:ecm/7", image))
+        let shared = Rc::new(RefCell::new(TerminalImage::default()));
+        let bus = WithTerminals::new(Loop { is_whole: true }, vec![(station, Rc::clone(&shared))]);
+        (bus, TerminalCard::new("ethercat:ecm/7", shared))
     }
 
     #[test]
@@ -239,10 +258,32 @@ mod tests {
         assert_eq!(card.read_v(now, 0), Ok(0.0), "not yet");
         bus.exchange(now, &mut image).expect("exchanged");
         let volts = card.read_v(now, 0).expect("an input");
-        assert!((volts + 2.5).abs() < 0.5 / COUNTS_PER_V, "{volts}");
+        assert!((volts + 2.5).abs() < 0.5 * V_PER_STEP, "{volts}");
         card.write_v(now, 0, 99.0).expect("clipped");
         bus.exchange(now, &mut image).expect("exchanged");
         assert_eq!(card.read_v(now, 0), Ok(10.0));
+    }
+
+    #[test]
+    fn a_digital_input_is_known_from_the_first_good_exchange_on_and_a_bad_one_leaves_the_last_good_sample() {
+        let (mut bus, mut card) = card(7);
+        let now = Duration::ZERO;
+        assert_eq!(card.is_on(now, 0), Ok(None), "before the bus is mapped");
+        let (mut image, _) = bus.map().expect("mapped");
+        assert_eq!(card.is_on(now, 0), Ok(None), "before the first exchange");
+        bus.bus.is_whole = false;
+        card.write_v(now, 0, V_PER_STEP).expect("one step sets the lowest bit");
+        bus.exchange(now, &mut image).expect("exchanged");
+        assert_eq!(card.is_on(now, 0), Ok(None), "the working counter was wrong");
+        bus.bus.is_whole = true;
+        bus.exchange(now, &mut image).expect("exchanged");
+        assert_eq!([card.is_on(now, 0), card.is_on(now, 1)], [Ok(Some(true)), Ok(Some(false))]);
+        bus.bus.is_whole = false;
+        card.write_v(now, 0, 0.0).expect("an output");
+        bus.exchange(now, &mut image).expect("exchanged");
+        assert_eq!(card.is_on(now, 0), Ok(Some(true)), "as before");
+        let error = card.is_on(now, 32).expect_err("four bytes").to_string();
+        assert!(error.contains("expected 0 to 31"), "{error}");
     }
 
     #[test]
@@ -250,7 +291,7 @@ mod tests {
         let (mut bus, mut own) = card(7);
         bus.map().expect("mapped");
         let error = own.read_v(Duration::ZERO, 2).expect_err("two inputs").to_string();
-        assert!(error.contains("ethercat:ecm/7") && error.contains("0 to 1"), "{error}");
+        assert!(error.contains("station 7") && error.contains("no input 2: the terminal has 2"), "{error}");
         assert!(own.write_v(Duration::ZERO, 1, 0.0).is_err());
         let error = card(9).0.map().expect_err("no such station").to_string();
         assert!(error.contains("station 9") && error.contains("[7]"), "{error}");

@@ -1,9 +1,12 @@
 //! A CiA 402 drive that is enabled with a setpoint of 0.
 
 use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
 use std::time::Duration;
 
 use drivers::cia402::objects::{self as known, Object};
+use drivers::cia402::pdo::Entry;
+use drivers::cia402::profile::{DriveClock, DriveProfile, ProcessData, ProfileIdentity, TorqueScale};
 use drivers::cia402::{
     Cia402, CyclicMode, DriveCommand, DriveSettings, PowerRules, PowerSequence, PowerState, PowerTarget,
     Waiting,
@@ -19,6 +22,8 @@ use super::{clock, objects};
 const TRANSITION_S: f64 = 2.0;
 /// 60C2h, 605Ah and so on are the drive's own; this option code lets a quick stop end as the drive does it.
 const QUICK_STOP_OPTION: i16 = 2;
+/// Watchdog of the bus; the drive's own object for it is not known.
+const WATCHDOG_S: f64 = 0.02;
 const MODE: u16 = 0x6060;
 const CONTROLWORD: u16 = 0x6040;
 const STATUSWORD: u16 = 0x6041;
@@ -164,6 +169,7 @@ fn settings(bus: &mut EtherCatBus, station: u16, cycle_s: f64) -> Result<DriveSe
     Ok(DriveSettings {
         name: format!("station {station}"),
         station,
+        profile: standard(),
         torque_constant_nm_per_a: rated_torque_nm / rated_current_a,
         rated_current_a,
         rated_torque_nm,
@@ -177,8 +183,42 @@ fn settings(bus: &mut EtherCatBus, station: u16, cycle_s: f64) -> Result<DriveSe
         quick_stop_option,
         fault_reaction_option,
         abort_connection_option,
-        watchdog_s: f64::from(bits(known::WATCHDOG)?) / 1e4,
+        watchdog_s: WATCHDOG_S,
         cycle_s,
         transition_timeout_s: TRANSITION_S,
+    })
+}
+
+/// A drive of which nothing but the profile CiA 402 is known.
+fn standard() -> Arc<DriveProfile> {
+    const PADDING: (u16, u8) = (0, 8);
+    const OUTPUTS: [(u16, u8); 5] =
+        [(CONTROLWORD, 16), (TARGET_TORQUE, 16), (TARGET_VELOCITY, 32), (MODE, 8), PADDING];
+    const INPUTS: [(u16, u8); 10] = [
+        (STATUSWORD, 16),
+        (ERROR_CODE, 16),
+        (known::MODE_DISPLAY.index, 8),
+        PADDING,
+        (POSITION, 32),
+        (known::VELOCITY.index, 32),
+        (known::TORQUE.index, 16),
+        (known::CURRENT.index, 16),
+        (known::DC_LINK.index, 32),
+        (known::DIGITAL_INPUTS.index, 32),
+    ];
+    let mapped = |objects: &[(u16, u8)]| {
+        ProcessData::Mapped(objects.iter().map(|&(index, bits)| Entry { index, sub: 0, bits }).collect())
+    };
+    Arc::new(DriveProfile {
+        id: "standard".to_owned(),
+        identity: ProfileIdentity::default(),
+        outputs: mapped(&OUTPUTS),
+        inputs: mapped(&INPUTS),
+        torque_scale: TorqueScale::RatedTorque,
+        clock: DriveClock { has_sync0: true, sync0_shift_s: None, shortest_cycle_s: None },
+        heat_sink: None,
+        watchdog: None,
+        lacks: Vec::new(),
+        start_up: Vec::new(),
     })
 }

@@ -23,7 +23,7 @@ pub struct DriveLimits {
 pub(super) struct Change {
     settings: DriveSettings,
     scale: Scale,
-    values: [(Object, i64); 3],
+    values: Vec<(Object, i64)>,
     /// Steps that are done: a value is written, then read back.
     done: usize,
     transfer: Transfer,

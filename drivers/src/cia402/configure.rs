@@ -1,11 +1,13 @@
 //! Identify, check, configure, read back: all of it over SDO, in PRE-OP, before anything can move.
 
-use super::objects::{self, Object};
-use super::pdo::{self, Entry};
+use super::objects::{self, Access, DataType, Object};
+use super::pdo::{Entry, Layout};
+use super::profile::{DriveProfile, ProcessData, StartUp, TorqueScale};
 use super::scale::Scale;
-use super::sdo::Dictionary;
+use super::sdo::{Dictionary, Waiting};
 use super::{CyclicMode, DriveSettings, Identity};
 use crate::device::DeviceError;
+use crate::wire::SdoWire;
 
 /// Device profile number of CiA 402 in the low word of 1000h.
 const PROFILE_402: i64 = 402;
@@ -14,8 +16,12 @@ const CYCLIC_MODES: i64 = 0x300;
 /// Switches the drive's following error supervision off: in CSV and CST there is no position demand to follow.
 const NO_FOLLOWING_ERROR: i64 = u32::MAX as i64;
 
-/// Reads who the drive is and refuses one that is not a CiA 402 drive with both cyclic modes.
-pub(super) fn identify(drive: &mut Dictionary<'_, '_>) -> Result<Identity, DeviceError> {
+/// Reads who the drive is and refuses one that is not a CiA 402 drive with both cyclic modes, or not of the type that its
+/// profile describes.
+pub(super) fn identify(
+    drive: &mut Dictionary<'_, '_>,
+    profile: &DriveProfile,
+) -> Result<Identity, DeviceError> {
     let device_type = drive.read(objects::DEVICE_TYPE)?;
     if device_type & 0xFFFF != PROFILE_402 {
         let expected = format!("{PROFILE_402} in the low word");
@@ -29,13 +35,65 @@ pub(super) fn identify(drive: &mut Dictionary<'_, '_>) -> Result<Identity, Devic
         let help = "the drive or its firmware lacks a cyclic mode: update it or take another drive type";
         return Err(drive.mismatch(objects::SUPPORTED_MODES, expected, format!("{modes:X}h"), help));
     }
-    Ok(Identity {
-        device_name: drive.read_text(objects::DEVICE_NAME)?,
+    let identity = Identity {
+        device_name: text(drive, objects::DEVICE_NAME, profile)?,
         vendor: drive.read_u32(objects::VENDOR)?,
         product: drive.read_u32(objects::PRODUCT)?,
         revision: drive.read_u32(objects::REVISION)?,
         serial: drive.read_u32(objects::SERIAL)?,
-        firmware: drive.read_text(objects::FIRMWARE)?,
+        firmware: text(drive, objects::FIRMWARE, profile)?,
+    };
+    check_type(drive, &identity, profile)?;
+    Ok(identity)
+}
+
+/// Whether a station is a CiA 402 drive, by its device type (1000h). One without mailbox or dictionary is none.
+pub fn is_drive(wire: &mut dyn SdoWire, station: u16, waiting: &mut Waiting<'_>) -> bool {
+    let mut dictionary = Dictionary { wire, waiting, device: "", station };
+    dictionary.read(objects::DEVICE_TYPE).is_ok_and(|device_type| device_type & 0xFFFF == PROFILE_402)
+}
+
+/// A text of the drive, or `unknown` for a type that lacks it.
+fn text(
+    drive: &mut Dictionary<'_, '_>,
+    object: Object,
+    profile: &DriveProfile,
+) -> Result<String, DeviceError> {
+    if profile.lacks(object) { Ok("unknown".to_owned()) } else { drive.read_text(object) }
+}
+
+/// Refuses a drive of another type than the profile is for.
+fn check_type(
+    drive: &Dictionary<'_, '_>,
+    identity: &Identity,
+    profile: &DriveProfile,
+) -> Result<(), DeviceError> {
+    let id = &profile.id;
+    let one = |value: Option<u32>| value.map(|value| [value, value]);
+    let rows = [
+        (objects::VENDOR, one(profile.identity.vendor), identity.vendor),
+        (objects::PRODUCT, one(profile.identity.product), identity.product),
+        (objects::REVISION, profile.identity.revisions, identity.revision),
+    ];
+    for (object, allowed, found) in rows {
+        let Some([low, high]) = allowed.filter(|[low, high]| !(low..=high).contains(&&found)) else {
+            continue;
+        };
+        let expected = match low == high {
+            true => format!("{low:08X}h (profile `{id}`)"),
+            false => format!("{low:08X}h to {high:08X}h (profile `{id}`)"),
+        };
+        let help = "the drive is of another type: correct `profile` in the rig file, or check the wiring";
+        return Err(drive.mismatch(object, expected, format!("{found:08X}h"), help));
+    }
+    Ok(())
+}
+
+/// Writes the start-up list of a profile in its order; each value is read back.
+pub(super) fn start_up(drive: &mut Dictionary<'_, '_>, list: &[StartUp]) -> Result<(), DeviceError> {
+    list.iter().try_for_each(|entry| {
+        let object = entry.place.object("start-up list", entry.data_type, "");
+        drive.write_checked(object, entry.value)
     })
 }
 
@@ -53,45 +111,103 @@ pub(super) fn check_scales(
         (objects::ENCODER_REVOLUTIONS, 1.0, ENCODER),
     ];
     for (object, value, help) in expected {
-        drive.expect(object, value as i64, help)?;
+        // Where torque objects are currents, nothing is scaled by the rated torque.
+        let is_used =
+            object != objects::RATED_TORQUE || settings.profile.torque_scale == TorqueScale::RatedTorque;
+        if is_used && !settings.profile.lacks(object) {
+            drive.expect(object, value as i64, help)?;
+        }
     }
     Ok(())
 }
 
-/// Reads the current limit that the drive was commissioned to, in A. The bench does not write it: who commissioned the
-/// drive knows what motor and cables bear.
+/// Reads the current limit that the drive was commissioned to, in A; `None` for a type that lacks it. The bench does not write
+/// it: who commissioned the drive knows what motor and cables bear.
 pub(super) fn commissioned_current_a(
     drive: &mut Dictionary<'_, '_>,
     settings: &DriveSettings,
-) -> Result<f64, DeviceError> {
-    let permille = drive.read(objects::MAX_CURRENT)?;
-    Ok(permille as f64 / 1e3 * settings.rated_current_a)
-}
-
-/// Sets the process-data mapping: counts to 0, entries, counts, assignment; each is read back.
-pub(super) fn map(drive: &mut Dictionary<'_, '_>) -> Result<(), DeviceError> {
-    let pdos: [(Object, Object, &[Entry]); 2] = [
-        (objects::RX_ASSIGNMENT, objects::RX_MAPPING, &pdo::RX),
-        (objects::TX_ASSIGNMENT, objects::TX_MAPPING, &pdo::TX),
-    ];
-    for (assignment, mapping, entries) in pdos {
-        drive.write_checked(assignment, 0)?;
-        drive.write_checked(mapping, 0)?;
-        for (k, entry) in entries.iter().enumerate() {
-            drive.write_checked(entry_object(mapping, k), i64::from(entry.word()))?;
-        }
-        drive.write_checked(mapping, entries.len() as i64)?;
-        drive.write_checked(entry_object(assignment, 0), i64::from(mapping.index))?;
-        drive.write_checked(assignment, 1)?;
+) -> Result<Option<f64>, DeviceError> {
+    if settings.profile.lacks(objects::MAX_CURRENT) {
+        return Ok(None);
     }
-    Ok(())
+    let permille = drive.read(objects::MAX_CURRENT)?;
+    Ok(Some(permille as f64 / 1e3 * settings.rated_current_a))
 }
 
-/// Entry `k` of a list whose sub-index 0 is its count.
-fn entry_object(list: Object, k: usize) -> Object {
-    let sub = k as u8 + 1;
-    objects::find(list.index, sub)
-        .expect("the table has a row for each entry of pdo::RX and pdo::TX, as tests show")
+/// Sets the process data of one direction as its profile has it; gives the layout that the drive reads back.
+pub(super) fn map(
+    drive: &mut Dictionary<'_, '_>,
+    process_data: &ProcessData,
+    [assignment, mapping]: [Object; 2],
+) -> Result<Layout, DeviceError> {
+    match process_data {
+        ProcessData::Mapped(entries) => write_mapping(drive, entries, assignment, mapping),
+        ProcessData::Assigned(pdos) => assign(drive, pdos, assignment),
+    }
+}
+
+/// Writes a mapping: counts to 0, entries, counts, assignment; each is read back.
+fn write_mapping(
+    drive: &mut Dictionary<'_, '_>,
+    entries: &[Entry],
+    assignment: Object,
+    mapping: Object,
+) -> Result<Layout, DeviceError> {
+    let mut layout = Layout::default();
+    drive.write_checked(assignment, 0)?;
+    drive.write_checked(mapping, 0)?;
+    for (sub, entry) in (1..).zip(entries) {
+        drive.write_checked(list_entry(mapping, sub), i64::from(entry.word()))?;
+        layout.push(*entry);
+    }
+    drive.write_checked(mapping, entries.len() as i64)?;
+    drive.write_checked(list_entry(assignment, 1), i64::from(mapping.index))?;
+    drive.write_checked(assignment, 1)?;
+    Ok(layout)
+}
+
+/// Assigns PDOs with fixed mappings: count to 0, entries, count, each read back. Then reads what each of the PDOs holds.
+fn assign(drive: &mut Dictionary<'_, '_>, pdos: &[u16], assignment: Object) -> Result<Layout, DeviceError> {
+    drive.write_checked(assignment, 0)?;
+    for (sub, &pdo) in (1..).zip(pdos) {
+        drive.write_checked(list_entry(assignment, sub), i64::from(pdo))?;
+    }
+    drive.write_checked(assignment, pdos.len() as i64)?;
+    let mut layout = Layout::default();
+    for &pdo in pdos {
+        let mapping = list(pdo, 0, DataType::U8);
+        let count = drive.read(mapping)?;
+        let subs = u8::try_from(count).ok().filter(|count| (1..=MOST_ENTRIES).contains(count));
+        let Some(last) = subs else {
+            let help = "the PDO has no fixed mapping: correct the process data in the profile of the drive";
+            return Err(drive.mismatch(
+                mapping,
+                format!("1 to {MOST_ENTRIES} entries"),
+                count.to_string(),
+                help,
+            ));
+        };
+        for sub in 1..=last {
+            layout.push(Entry::of_word(drive.read_u32(list_entry(mapping, sub))?));
+        }
+    }
+    Ok(layout)
+}
+
+/// Largest number of entries of a PDO (ETG.1000.6: sub-index FEh is the last one).
+const MOST_ENTRIES: u8 = 0xFE;
+
+/// An entry of a list whose sub-index 0 is its count.
+fn list_entry(of: Object, sub: u8) -> Object {
+    let data_type = if matches!(of.index, 0x1C12 | 0x1C13) { DataType::U16 } else { DataType::U32 };
+    list(of.index, sub, data_type)
+}
+
+/// An object of a PDO list: as the table has it, else without a name of its own.
+fn list(index: u16, sub: u8, data_type: DataType) -> Object {
+    let unnamed =
+        Object { index, sub, name: "PDO list", data_type, access: Access::ReadWrite, unit: "", doc: "" };
+    objects::find(index, sub).unwrap_or(unnamed)
 }
 
 /// Writes mode, limits, reactions, watchdog and cycle time; each is read back.
@@ -106,37 +222,40 @@ pub(super) fn configure(
     Ok(())
 }
 
-/// Object and value of the limits that a drive may be given in operation.
-pub(super) fn limits(settings: &DriveSettings, scale: &Scale) -> Result<[(Object, i64); 3], DeviceError> {
+/// Object and value of the limits that a drive may be given in operation, without those that its type lacks.
+pub(super) fn limits(settings: &DriveSettings, scale: &Scale) -> Result<Vec<(Object, i64)>, DeviceError> {
     let [low, high] = soft_limits(settings, scale)?;
     let max_torque = fit(settings, objects::MAX_TORQUE, "max_torque_nm", scale.max_torque_permille())?;
-    Ok([max_torque, (objects::SOFT_LIMIT_MIN, low), (objects::SOFT_LIMIT_MAX, high)])
+    let all = [max_torque, (objects::SOFT_LIMIT_MIN, low), (objects::SOFT_LIMIT_MAX, high)];
+    Ok(all.into_iter().filter(|(object, _)| !settings.profile.lacks(*object)).collect())
 }
 
-/// Object and value of every setting, in the order of writing.
+/// Object and value of every setting, in the order of writing, without those that the type lacks.
 fn values(settings: &DriveSettings, scale: &Scale) -> Result<Vec<(Object, i64)>, DeviceError> {
     let fit = |object, setting, counts| fit(settings, object, setting, counts);
-    let [max_torque, soft_limit_min, soft_limit_max] = limits(settings, scale)?;
     let (period, exponent) = period(settings)?;
     let max_speed = scale.counts(settings.max_velocity_rad_per_s);
     let deceleration = scale.counts(settings.quick_stop_deceleration_rad_per_s2);
-    let watchdog = (settings.watchdog_s * 1e4).round();
-    Ok(vec![
+    let mut all = vec![
         (objects::MODE, i64::from(CyclicMode::Torque.code())),
         (objects::ABORT_CONNECTION_OPTION, i64::from(settings.abort_connection_option)),
         (objects::QUICK_STOP_OPTION, i64::from(settings.quick_stop_option)),
         (objects::FAULT_REACTION_OPTION, i64::from(settings.fault_reaction_option)),
-        max_torque,
-        soft_limit_min,
-        soft_limit_max,
+    ];
+    all.extend(limits(settings, scale)?);
+    all.extend([
         fit(objects::MAX_SPEED, "max_velocity_rad_per_s", max_speed)?,
         fit(objects::QUICK_STOP_DECELERATION, "quick_stop_deceleration_rad_per_s2", deceleration)?,
         (objects::FOLLOWING_ERROR_WINDOW, NO_FOLLOWING_ERROR),
         (objects::FOLLOWING_ERROR_TIME, 0),
-        fit(objects::WATCHDOG, "watchdog_s", watchdog)?,
-        (objects::INTERPOLATION_PERIOD, period),
-        (objects::INTERPOLATION_EXPONENT, exponent),
-    ])
+    ]);
+    if let Some(watchdog) = settings.profile.watchdog {
+        let object = watchdog.place.object("process data watchdog", watchdog.data_type, "steps");
+        all.push(fit(object, "watchdog_s", (settings.watchdog_s / watchdog.step_s).round())?);
+    }
+    all.extend([(objects::INTERPOLATION_PERIOD, period), (objects::INTERPOLATION_EXPONENT, exponent)]);
+    all.retain(|(object, _)| !settings.profile.lacks(*object));
+    Ok(all)
 }
 
 /// A value in counts, refused where the object cannot hold it or where it would round to nothing.

@@ -1,7 +1,8 @@
 //! The object dictionary as far as the bench uses it: one row per object, named constants to reach them.
 //!
 //! Indices, types and units follow CiA 301 and CiA 402 (IEC 61800-7-201). Where the profile leaves the unit to the
-//! drive ("user units") the unit of this dictionary is stated: positions in encoder counts, velocities in counts/s.
+//! drive ("user units") the unit of this dictionary is stated: positions in encoder counts, velocities in counts/s. Objects of
+//! one vendor alone stand in the profiles of drive types ([`super::profile`]).
 
 use Access::{ReadOnly, ReadWrite};
 use DataType::{I8, I16, I32, Text, U8, U16, U32};
@@ -120,10 +121,6 @@ pub const TX_MAPPING: Object = row(0x1A00, 0);
 pub const RX_ASSIGNMENT: Object = row(0x1C12, 0);
 /// Assignment of input PDOs, count; the entries are its sub-indices.
 pub const TX_ASSIGNMENT: Object = row(0x1C13, 0);
-/// Heat sink temperature.
-pub const HEAT_SINK: Object = row(0x22A3, 0);
-/// Process-data watchdog.
-pub const WATCHDOG: Object = row(0x2F00, 0);
 /// Abort connection option.
 pub const ABORT_CONNECTION_OPTION: Object = row(0x6007, 0);
 /// Error code.
@@ -187,7 +184,7 @@ pub const TARGET_VELOCITY: Object = row(0x60FF, 0);
 /// Supported modes.
 pub const SUPPORTED_MODES: Object = row(0x6502, 0);
 
-/// Every object the bench reads, writes or maps, in order of index and sub-index.
+/// Every object of the standards that the bench reads, writes or maps, in order of index and sub-index.
 #[rustfmt::skip]
 pub const OBJECTS: &[Object] = &[
     object(0x1000, 0, "device type", U32, ReadOnly, "", "Low word 402 (0192h): the drive speaks CiA 402."),
@@ -219,8 +216,6 @@ pub const OBJECTS: &[Object] = &[
     object(0x1C12, 1, "RxPDO assignment, entry 1", U16, ReadWrite, "", "1600h."),
     object(0x1C13, 0, "TxPDO assignment, count", U8, ReadWrite, "", "Number of assigned PDOs; 0 while the list changes."),
     object(0x1C13, 1, "TxPDO assignment, entry 1", U16, ReadWrite, "", "1A00h."),
-    object(0x22A3, 0, "heat sink temperature", I16, ReadOnly, "0.1 degC", "Vendor object: temperature of the heat sink."),
-    object(0x2F00, 0, "process data watchdog", U16, ReadWrite, "100 us", "Vendor object: time without new outputs in OP after which the drive reacts as set in 6007h."),
     object(0x6007, 0, "abort connection option code", I16, ReadWrite, "", "Reaction of the drive when the process data stop: 0 nothing, 1 fault, 2 disable voltage, 3 quick stop."),
     object(0x603F, 0, "error code", U16, ReadOnly, "", "Code of the last fault."),
     object(0x6040, 0, "controlword", U16, ReadWrite, "", "Commands of the power state machine."),

@@ -1,94 +1,76 @@
-//! The process data of one drive: which object lies at which byte.
+//! PDO mappings: which object lies at which byte of the process data of a drive.
 
-use super::objects::{self, Object};
+use super::objects::Object;
 
 /// One entry of a PDO mapping.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Entry {
-    /// An object in its full width.
-    Mapped(Object),
-    /// One byte of padding.
-    Padding,
+pub struct Entry {
+    /// Index of the object; 0 is padding.
+    pub index: u16,
+    /// Sub-index.
+    pub sub: u8,
+    /// Width in bits.
+    pub bits: u8,
 }
 
 impl Entry {
-    /// Width in bytes.
-    pub const fn bytes(self) -> usize {
-        match self {
-            Self::Padding => 1,
-            Self::Mapped(object) => match object.data_type.bytes() {
-                Some(bytes) => bytes,
-                None => panic!("a text cannot be mapped"),
-            },
+    /// One byte of padding.
+    pub const PADDING: Self = Self { index: 0, sub: 0, bits: 8 };
+
+    /// An object in its full width; `None` for a text, which cannot be mapped.
+    pub const fn of(object: Object) -> Option<Self> {
+        match object.data_type.bytes() {
+            Some(bytes) => Some(Self { index: object.index, sub: object.sub, bits: 8 * bytes as u8 }),
+            None => None,
         }
     }
 
     /// The mapping word of 1600h and 1A00h: index << 16 | sub << 8 | bits.
-    pub const fn word(self) -> u32 {
-        let bits = self.bytes() as u32 * 8;
-        match self {
-            Self::Padding => bits,
-            Self::Mapped(object) => (object.index as u32) << 16 | (object.sub as u32) << 8 | bits,
+    pub(super) const fn word(self) -> u32 {
+        (self.index as u32) << 16 | (self.sub as u32) << 8 | self.bits as u32
+    }
+
+    /// The entry of a mapping word.
+    pub(super) const fn of_word(word: u32) -> Self {
+        Self { index: (word >> 16) as u16, sub: (word >> 8) as u8, bits: word as u8 }
+    }
+
+    fn is_padding(self) -> bool {
+        self.index == 0
+    }
+}
+
+/// Where the objects of one direction lie, by the mapping that the drive has.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct Layout {
+    /// Entries without padding, each with its first bit.
+    entries: Vec<(Entry, usize)>,
+    bits: usize,
+}
+
+impl Layout {
+    /// Adds an entry at the end.
+    pub(super) fn push(&mut self, entry: Entry) {
+        if !entry.is_padding() {
+            self.entries.push((entry, self.bits));
         }
+        self.bits += usize::from(entry.bits);
     }
-}
 
-/// Host to drive (1600h).
-pub const RX: [Entry; 5] = [
-    Entry::Mapped(objects::CONTROLWORD),
-    Entry::Mapped(objects::TARGET_TORQUE),
-    Entry::Mapped(objects::TARGET_VELOCITY),
-    Entry::Mapped(objects::MODE),
-    Entry::Padding,
-];
-
-/// Drive to host (1A00h).
-pub const TX: [Entry; 11] = [
-    Entry::Mapped(objects::STATUSWORD),
-    Entry::Mapped(objects::ERROR_CODE),
-    Entry::Mapped(objects::MODE_DISPLAY),
-    Entry::Padding,
-    Entry::Mapped(objects::POSITION),
-    Entry::Mapped(objects::VELOCITY),
-    Entry::Mapped(objects::TORQUE),
-    Entry::Mapped(objects::CURRENT),
-    Entry::Mapped(objects::DC_LINK),
-    Entry::Mapped(objects::HEAT_SINK),
-    Entry::Mapped(objects::DIGITAL_INPUTS),
-];
-
-/// Bytes of a mapping.
-pub const fn bytes(mapping: &[Entry]) -> usize {
-    offset(mapping, mapping.len())
-}
-
-/// Byte at which entry `position` of a mapping begins.
-pub const fn offset(mapping: &[Entry], position: usize) -> usize {
-    let mut k = 0;
-    let mut sum = 0;
-    while k < position {
-        sum += mapping[k].bytes();
-        k += 1;
+    /// Length, padding included.
+    pub(super) fn bytes(&self) -> usize {
+        self.bits.div_ceil(8)
     }
-    sum
-}
 
-/// Bytes from host to drive: 10.
-pub const RX_BYTES: usize = bytes(&RX);
-/// Bytes from drive to host: 28.
-pub const TX_BYTES: usize = bytes(&TX);
-
-/// Byte offset of an object in a mapping; one that is not mapped does not compile.
-pub const fn offset_of(mapping: &[Entry], object: Object) -> usize {
-    let mut k = 0;
-    while k < mapping.len() {
-        if let Entry::Mapped(mapped) = mapping[k]
-            && mapped.index == object.index
-            && mapped.sub == object.sub
-        {
-            return offset(mapping, k);
-        }
-        k += 1;
+    /// First byte of an object; `None` where it is not mapped in its full width on a byte boundary.
+    pub(super) fn find(&self, object: Object) -> Option<usize> {
+        let wanted = Entry::of(object)?;
+        let (_, bit) = self.entries.iter().find(|(entry, bit)| *entry == wanted && bit % 8 == 0)?;
+        Some(bit / 8)
     }
-    panic!("object is not in the mapping")
+
+    /// Entries in order, without padding.
+    pub(super) fn entries(&self) -> impl Iterator<Item = Entry> {
+        self.entries.iter().map(|(entry, _)| *entry)
+    }
 }

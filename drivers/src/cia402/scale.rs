@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::DriveSettings;
+use super::profile::TorqueScale;
 use crate::device::DeviceError;
 
 /// Scales and limits in the drive's counts, derived once from checked settings.
@@ -30,7 +31,7 @@ impl Scale {
         check(settings)?;
         let counts_per_rev = settings.encoder_counts_per_rev;
         let rad_per_count = TAU / f64::from(counts_per_rev);
-        let nm_per_permille = settings.rated_torque_nm / 1000.0;
+        let nm_per_permille = settings.torque_quantum_nm();
         Ok(Self {
             counts_per_rev: i64::from(counts_per_rev),
             sign: settings.encoder_sign,
@@ -97,6 +98,16 @@ impl Scale {
     pub(super) fn velocity_counts(&self, velocity_rad_per_s: f64) -> i32 {
         let limit = self.max_speed_counts.min(f64::from(i32::MAX));
         (velocity_rad_per_s * self.sign / self.rad_per_count).round_ties_even().clamp(-limit, limit) as i32
+    }
+}
+
+impl DriveSettings {
+    /// Torque of one count of the torque objects: a thousandth of what the type of the drive scales them by.
+    pub fn torque_quantum_nm(&self) -> f64 {
+        match self.profile.torque_scale {
+            TorqueScale::RatedTorque => self.rated_torque_nm / 1000.0,
+            TorqueScale::RatedCurrent => self.rated_current_a * self.torque_constant_nm_per_a / 1000.0,
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 mod change;
 mod dictionary;
 mod open;
+mod types;
 
 use std::f64::consts::{PI, TAU};
 

@@ -32,6 +32,7 @@ impl<P: Plant> VirtualBus<P> {
             Fault::CurrentStuck { drive, current_a } => stations[drive].drive.stick(current_a),
             Fault::SafeTorqueOff { drive, active } => stations[drive].drive.block_gates(active),
             Fault::EmergencyStop { pressed } => {
+                self.emergency_stop = pressed;
                 for station in stations {
                     station.drive.set_input(EMERGENCY_STOP, pressed);
                     station.drive.block_gates(pressed);

@@ -183,6 +183,8 @@ pub(crate) mod at {
     use super::slot;
     pub(crate) const ERROR_REGISTER: usize = slot(0x1001, 0);
     pub(crate) const VENDOR: usize = slot(0x1018, 1);
+    pub(crate) const PRODUCT: usize = slot(0x1018, 2);
+    pub(crate) const REVISION: usize = slot(0x1018, 3);
     pub(crate) const SERIAL: usize = slot(0x1018, 4);
     pub(crate) const HEAT_SINK: usize = slot(0x22A3, 0);
     pub(crate) const WATCHDOG: usize = slot(0x2F00, 0);

@@ -2,8 +2,10 @@
 
 use super::dictionary::{Dictionary, OBJECTS, Pdo, Width, abort};
 
-/// PDOs each way.
-const PDOS: usize = 4;
+/// PDOs each way of a drive whose mappings can be written, and how many of them can be assigned.
+const PDOS: u16 = 4;
+/// How many PDOs a drive with fixed mappings can be assigned.
+const MOST_FIXED: usize = 16;
 /// Entries of one PDO.
 const ENTRIES: usize = 16;
 /// Largest PDO, bits.
@@ -36,19 +38,22 @@ pub(crate) struct Layout {
 
 /// A list whose sub-index 0 is its count.
 #[derive(Clone, Debug)]
-struct List<const N: usize> {
+struct List {
     count: usize,
-    entries: [u32; N],
+    /// As many as there is room for.
+    entries: Vec<u32>,
 }
 
 /// PDOs of one direction and which of them are assigned.
 #[derive(Clone, Debug)]
 pub(crate) struct Mapping {
     direction: Pdo,
-    first_pdo: u16,
     assignment: u16,
-    pdos: [List<ENTRIES>; PDOS],
-    assigned: List<PDOS>,
+    /// PDOs with their indices.
+    pdos: Vec<(u16, List)>,
+    /// Whether the mappings of the PDOs can only be read.
+    is_fixed: bool,
+    assigned: List,
 }
 
 impl Mapping {
@@ -63,12 +68,21 @@ impl Mapping {
     }
 
     fn new(direction: Pdo, first_pdo: u16, assignment: u16, first: &[u32]) -> Self {
-        let mut pdos = [const { List { count: 0, entries: [0; ENTRIES] } }; PDOS];
-        pdos[0].count = first.len();
-        pdos[0].entries[..first.len()].copy_from_slice(first);
-        let mut assigned = List { count: 1, entries: [0; PDOS] };
-        assigned.entries[0] = u32::from(first_pdo);
-        Self { direction, first_pdo, assignment, pdos, assigned }
+        let mut pdos: Vec<(u16, List)> =
+            (first_pdo..first_pdo + PDOS).map(|index| (index, List::with_room(ENTRIES))).collect();
+        pdos[0].1.fill(first);
+        let mut assigned = List::with_room(usize::from(PDOS));
+        assigned.fill(&[u32::from(first_pdo)]);
+        Self { direction, assignment, pdos, is_fixed: false, assigned }
+    }
+
+    /// PDOs whose mappings can only be read; the first of them is assigned after power-up.
+    pub(super) fn fixed(direction: Pdo, assignment: u16, pdos: &[(u16, &[u32])]) -> Self {
+        let list = |words: &[u32]| List { count: words.len(), entries: words.to_vec() };
+        let mut assigned = List::with_room(MOST_FIXED);
+        assigned.fill(&pdos.first().map(|(index, _)| u32::from(*index)).into_iter().collect::<Vec<_>>());
+        let pdos = pdos.iter().map(|(index, words)| (*index, list(words))).collect();
+        Self { direction, assignment, pdos, is_fixed: true, assigned }
     }
 
     /// Whether an index belongs here.
@@ -77,20 +91,19 @@ impl Mapping {
     }
 
     fn pdo(&self, index: u16) -> Option<usize> {
-        let k = usize::from(index.checked_sub(self.first_pdo)?);
-        (k < PDOS).then_some(k)
+        self.pdos.iter().position(|(own, _)| *own == index)
     }
 
     /// All indices that belong here.
     pub(crate) fn indices(&self) -> impl Iterator<Item = u16> {
-        (self.first_pdo..self.first_pdo + PDOS as u16).chain([self.assignment])
+        self.pdos.iter().map(|(index, _)| *index).chain([self.assignment])
     }
 
     /// Objects of the PDOs that are assigned: index of the PDO, its mapping words.
     pub(crate) fn assigned(&self) -> impl Iterator<Item = (u16, &[u32])> {
         self.assigned.entries[..self.assigned.count].iter().filter_map(|&pdo| {
             let index = u16::try_from(pdo).ok()?;
-            let pdo = &self.pdos[self.pdo(index)?];
+            let (_, pdo) = &self.pdos[self.pdo(index)?];
             Some((index, &pdo.entries[..pdo.count]))
         })
     }
@@ -98,7 +111,7 @@ impl Mapping {
     /// Answers an SDO upload of an index that belongs here.
     pub(crate) fn upload(&self, index: u16, sub: u8) -> Result<Vec<u8>, u32> {
         match self.pdo(index) {
-            Some(k) => self.pdos[k].upload(sub, 4),
+            Some(k) => self.pdos[k].1.upload(sub, 4),
             None => self.assigned.upload(sub, 2),
         }
     }
@@ -106,17 +119,20 @@ impl Mapping {
     /// Answers an SDO download of an index that belongs here.
     pub(crate) fn download(&mut self, index: u16, sub: u8, data: &[u8]) -> Result<(), u32> {
         let Some(k) = self.pdo(index) else {
-            let first = u32::from(self.first_pdo);
-            let last = u32::from(self.first_pdo) + PDOS as u32;
+            let known: Vec<u32> = self.pdos.iter().map(|(index, _)| u32::from(*index)).collect();
             return self.assigned.download(sub, data, 2, |pdo| {
-                if (first..last).contains(&pdo) { Ok(()) } else { Err(abort::INVALID_VALUE) }
+                if known.contains(&pdo) { Ok(()) } else { Err(abort::INVALID_VALUE) }
             });
         };
-        let direction = self.direction;
-        if sub == 0 && data.len() == 1 && usize::from(data[0]) <= ENTRIES {
-            self.pdos[k].check_length(usize::from(data[0]))?;
+        if self.is_fixed {
+            return Err(abort::READ_ONLY);
         }
-        self.pdos[k].download(sub, data, 4, |word| mapped(word, direction).map(|_| ()))
+        let direction = self.direction;
+        let pdo = &mut self.pdos[k].1;
+        if sub == 0 && data.len() == 1 && usize::from(data[0]) <= ENTRIES {
+            pdo.check_length(usize::from(data[0]))?;
+        }
+        pdo.download(sub, data, 4, |word| mapped(word, direction).map(|_| ()))
     }
 
     /// Where everything lies, or the abort code that names what is wrong.
@@ -125,7 +141,8 @@ impl Mapping {
         let mut bits = 0;
         for &pdo in &self.assigned.entries[..self.assigned.count] {
             let k = self.pdo(pdo as u16).ok_or(abort::INVALID_VALUE)?;
-            for &word in &self.pdos[k].entries[..self.pdos[k].count] {
+            let (_, pdo) = &self.pdos[k];
+            for &word in &pdo.entries[..pdo.count] {
                 if let Some(slot) = mapped(word, self.direction)? {
                     // Objects on byte boundaries only: a drive that packs bits across bytes is not what this is.
                     let offset =
@@ -154,11 +171,22 @@ fn mapped(word: u32, direction: Pdo) -> Result<Option<usize>, u32> {
     if fits { Ok(Some(slot)) } else { Err(abort::NOT_MAPPABLE) }
 }
 
-impl<const N: usize> List<N> {
+impl List {
+    /// An empty list with room for so many entries.
+    fn with_room(entries: usize) -> Self {
+        Self { count: 0, entries: vec![0; entries] }
+    }
+
+    /// Puts these entries in; there is room for them.
+    fn fill(&mut self, entries: &[u32]) {
+        self.count = entries.len();
+        self.entries[..entries.len()].copy_from_slice(entries);
+    }
+
     fn upload(&self, sub: u8, entry_bytes: usize) -> Result<Vec<u8>, u32> {
         match usize::from(sub) {
             0 => Ok(vec![self.count as u8]),
-            k if k <= N => Ok(self.entries[k - 1].to_le_bytes()[..entry_bytes].to_vec()),
+            k if k <= self.entries.len() => Ok(self.entries[k - 1].to_le_bytes()[..entry_bytes].to_vec()),
             _ => Err(abort::NO_SUB_INDEX),
         }
     }
@@ -171,7 +199,7 @@ impl<const N: usize> List<N> {
         check: impl Fn(u32) -> Result<(), u32>,
     ) -> Result<(), u32> {
         let k = usize::from(sub);
-        if k > N {
+        if k > self.entries.len() {
             return Err(abort::NO_SUB_INDEX);
         }
         if data.len() != if k == 0 { 1 } else { entry_bytes } {
@@ -180,7 +208,7 @@ impl<const N: usize> List<N> {
         let value = data.iter().rev().fold(0_u32, |value, &byte| value << 8 | u32::from(byte));
         if k == 0 {
             let count = value as usize;
-            if count > N {
+            if count > self.entries.len() {
                 return Err(abort::TOO_HIGH);
             }
             self.entries[..count].iter().try_for_each(|&entry| check(entry))?;

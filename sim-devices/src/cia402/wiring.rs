@@ -5,7 +5,8 @@ use super::power::State;
 
 /// Interlock input of CiA 402: 1 while the emergency stop chain is open.
 pub(crate) const EMERGENCY_STOP: u32 = 1 << 3;
-/// First input of the manufacturer: 1 while the enabling switch is held.
+/// First input of the manufacturer: 1 while the enabling switch is held. After power-up somebody holds it until a fault says
+/// otherwise.
 pub(crate) const ENABLING_SWITCH: u32 = 1 << 16;
 
 impl Drive {

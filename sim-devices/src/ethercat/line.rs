@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use super::application::Application;
 use super::command;
+use super::digital::{self, DigitalEnd, WiredInputs};
 use super::drive::{self, DriveEnd, WiredDrive};
 use super::esc::{ClockError, registers};
 use super::faults::{FrameFaults, LineFault};
@@ -22,8 +23,17 @@ const HOP_NS: u32 = 300;
 pub(crate) struct LineSettings {
     /// Errors of the clocks of the drives, first station first; a drive that is not named has a perfect one.
     pub(crate) clocks: Vec<ClockError>,
-    /// Whether an analog terminal follows the drives.
-    pub(crate) has_terminal: bool,
+    /// What follows the drives.
+    pub(crate) terminals: Terminals,
+}
+
+/// The terminals behind the drives, in this order.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Terminals {
+    /// Ten analog inputs and four analog outputs of ±10 V.
+    pub analog: bool,
+    /// Eight digital inputs; input 0 is on while the emergency stop chain is closed.
+    pub digital: bool,
 }
 
 /// What became of a frame.
@@ -67,6 +77,7 @@ pub trait EtherCatLine {
 enum End {
     Drive(DriveEnd, usize),
     Terminal(TerminalEnd),
+    Inputs(DigitalEnd),
 }
 
 struct Place {
@@ -87,7 +98,7 @@ pub(crate) struct Line<P: Plant> {
 }
 
 impl<P: Plant> Line<P> {
-    /// One SubDevice for every drive of a bus, and the terminal behind them.
+    /// One SubDevice for every drive of a bus, and the terminals behind them.
     pub(crate) fn new(bus: Rc<RefCell<VirtualBus<P>>>, settings: &LineSettings) -> Self {
         let count = bus.borrow().stations_count();
         let mut places = Vec::new();
@@ -98,10 +109,11 @@ impl<P: Plant> Line<P> {
             let end = End::Drive(DriveEnd::new(), k);
             places.push(Place { name: description.name, device, end, is_unplugged: false });
         }
-        if settings.has_terminal {
-            let description = terminal::description(1);
+        let Terminals { analog, digital } = settings.terminals;
+        let analog = analog.then(|| (terminal::description(1), End::Terminal(TerminalEnd::new())));
+        let digital = digital.then(|| (digital::description(2), End::Inputs(DigitalEnd::new())));
+        for (description, end) in analog.into_iter().chain(digital) {
             let device = SubDevice::new(&description, ClockError::default());
-            let end = End::Terminal(TerminalEnd::new());
             places.push(Place { name: description.name, device, end, is_unplugged: false });
         }
         let present = places.len();
@@ -147,6 +159,7 @@ impl<P: Plant> Line<P> {
                     act(&mut place.device, &mut WiredDrive { bus: &mut *bus, end, k: *k });
                 }
                 End::Terminal(end) => act(&mut place.device, &mut WiredTerminal { bus: &mut *bus, end }),
+                End::Inputs(end) => act(&mut place.device, &mut WiredInputs { bus: &mut *bus, end }),
             }
         }
     }

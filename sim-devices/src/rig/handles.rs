@@ -5,7 +5,9 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use drivers::device::DeviceError;
-use drivers::wire::{AnalogPort, BusState, ByteLine, DatagramPort, Exchange, Fieldbus, ProcessImage};
+use drivers::wire::{
+    AnalogPort, BusState, ByteLine, DatagramPort, DigitalPort, Exchange, Fieldbus, ProcessImage,
+};
 use drivers::wire::{SdoAbort, SdoRequest, SdoWire, Slot};
 
 use crate::analog_card::{ECHO_OUTPUT, FORCE_INPUT};
@@ -41,6 +43,9 @@ pub(super) struct ScopeLine(pub(super) Shared);
 
 /// Analog card: what hangs on its channels stands in [`crate::analog_card`].
 pub(super) struct AnalogCard(pub(super) Shared);
+
+/// Digital inputs: input 0 is on while the emergency stop chain is closed.
+pub(super) struct DigitalCard<P: Plant>(pub(super) Rc<RefCell<VirtualBus<P>>>);
 
 /// Port of a tracker.
 pub(super) struct TrackerHandle {
@@ -147,6 +152,23 @@ impl AnalogPort for AnalogCard {
         let mut rig = self.0.borrow_mut();
         rig.advance_to(now);
         rig.plant.read_v(now, channel).ok_or_else(|| no_channel("input", channel, FORCE_INPUT))
+    }
+}
+
+impl<P: Plant> DigitalPort for DigitalCard<P> {
+    fn name(&self) -> &str {
+        "digital terminal"
+    }
+
+    fn is_on(&mut self, now: Duration, input: usize) -> Result<Option<bool>, DeviceError> {
+        const INPUTS: usize = 8;
+        if input >= INPUTS {
+            let reason = format!("no input {input}: 0 to {} are there", INPUTS - 1);
+            return Err(DeviceError::Bus { device: self.name().to_owned(), reason });
+        }
+        let mut bus = self.0.borrow_mut();
+        bus.advance_to(now);
+        Ok(Some(input == 0 && !bus.emergency_stop_is_pressed()))
     }
 }
 

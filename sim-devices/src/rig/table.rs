@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::time::Duration;
 
-use super::handles::BusHandle;
+use super::handles::{BusHandle, DigitalCard};
 use crate::bus::failure;
-use crate::ethercat::{EtherCatLine, Line, LineSettings};
+use crate::ethercat::{EtherCatLine, Line, LineSettings, Terminals};
 use crate::faults::Fault;
 use crate::physics::encoder::EncoderFault;
 use crate::physics::noise::SeedAddress;
@@ -15,7 +15,7 @@ use crate::table::TableBus;
 use crate::unit::TableSettings;
 use crate::world::{AxisTruth, WorldRecord};
 use drivers::device::DeviceError;
-use drivers::wire::Fieldbus;
+use drivers::wire::{DigitalPort, Fieldbus};
 
 /// World, drives and bus of one simulated rotary table. It lives inside one thread; clones are the same rig.
 ///
@@ -42,9 +42,16 @@ impl SimulatedTable {
         self.bus.borrow_mut().follow_sync0(cycle, shift);
     }
 
-    /// EtherCAT SubDevices in front of the drives: station 1 is the first axis. Their clocks are perfect.
-    pub fn ethercat_line(&self) -> Box<dyn EtherCatLine> {
-        Box::new(Line::new(Rc::clone(&self.bus), &LineSettings::default()))
+    /// EtherCAT SubDevices in front of the drives, and terminals behind them: station 1 is the first axis. Their clocks are
+    /// perfect.
+    pub fn ethercat_line(&self, terminals: Terminals) -> Box<dyn EtherCatLine> {
+        let settings = LineSettings { terminals, ..LineSettings::default() };
+        Box::new(Line::new(Rc::clone(&self.bus), &settings))
+    }
+
+    /// The digital terminal at the emergency stop chain, without a bus in front of it.
+    pub fn digital_card(&self) -> Box<dyn DigitalPort> {
+        Box::new(DigitalCard(Rc::clone(&self.bus)))
     }
 
     /// From now on the encoder of a drive, 0 for station 1, has this fault, or none.

@@ -6,6 +6,9 @@ use drivers::device::DeviceError;
 use drivers::wire::{BusState, ProcessImage};
 use std::time::Duration;
 
+#[path = "../../tests/ethercat_bus/profile.rs"]
+pub(super) mod profile;
+
 const TICK: Duration = Duration::from_micros(250);
 
 fn settings(station: u16) -> DriveSettings {
@@ -13,6 +16,7 @@ fn settings(station: u16) -> DriveSettings {
     DriveSettings {
         name: if az { "az" } else { "el" }.into(),
         station,
+        profile: profile::simulated(),
         torque_constant_nm_per_a: if az { 60.0 } else { 52.0 },
         rated_current_a: 2.0,
         rated_torque_nm: if az { 120.0 } else { 104.0 },

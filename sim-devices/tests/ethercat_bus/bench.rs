@@ -3,8 +3,10 @@
 use std::cell::RefCell;
 use std::io;
 use std::rc::Rc;
+use std::sync::Arc;
 use std::time::Duration;
 
+use drivers::cia402::profile::DriveProfile;
 use drivers::cia402::{
     Actuals, Cia402, CyclicMode, DriveCommand, DriveSettings, Identity, PowerState, PowerTarget, Waiting,
 };
@@ -13,9 +15,11 @@ use drivers::wire::ethercat::{EtherCatBus, EtherCatSettings};
 use drivers::wire::{
     BusState, EthernetLink, Exchange, Fieldbus, ProcessImage, SdoAbort, SdoRequest, SdoWire, Slot,
 };
-use sim_devices::ethercat::{InProcessLink, LineFault};
-use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
+use sim_devices::ethercat::{InProcessLink, LineFault, Terminals};
+use sim_devices::rig::{DriveType, SeedAddress, SimulatedRig, StartState};
 use sim_devices::unit::UnitSettings;
+
+use crate::profile;
 
 pub(crate) const TICK: Duration = Duration::from_micros(250);
 
@@ -25,10 +29,17 @@ pub(crate) struct SharedLink(Rc<RefCell<InProcessLink>>);
 
 impl SharedLink {
     pub(crate) fn new() -> Self {
+        Self::with_line(DriveType::Simulated, Terminals { analog: true, digital: false }).0
+    }
+
+    /// Drives of a type, with terminals behind them; and the rig behind the wire.
+    pub(crate) fn with_line(drive_type: DriveType, terminals: Terminals) -> (Self, SimulatedRig) {
         let address = SeedAddress { seed: 3, procedure: "TEST".into(), point: "1".into() };
         let start = StartState { az_rad: -1.0, el_rad: 1.2, heat_sink_degc: 45.0 };
         let rig = SimulatedRig::new(&UnitSettings::default(), &address, start);
-        Self(Rc::new(RefCell::new(InProcessLink::new(rig.ethercat_line()))))
+        [0, 1].into_iter().for_each(|drive| rig.make_drive(drive, drive_type));
+        let line = rig.ethercat_line(terminals);
+        (Self(Rc::new(RefCell::new(InProcessLink::new(line)))), rig)
     }
 
     pub(crate) fn inject(&self, fault: LineFault) {
@@ -68,6 +79,7 @@ pub(crate) fn drive_settings(station: u16) -> DriveSettings {
     DriveSettings {
         name: if az { "az" } else { "el" }.into(),
         station,
+        profile: profile::simulated(),
         torque_constant_nm_per_a: if az { 60.0 } else { 52.0 },
         rated_current_a: 2.0,
         rated_torque_nm: if az { 120.0 } else { 104.0 },
@@ -93,6 +105,7 @@ pub(crate) struct Bench {
     pub(crate) bus: EtherCatBus,
     pub(crate) drives: Vec<Cia402>,
     pub(crate) identities: Vec<Identity>,
+    profile: Arc<DriveProfile>,
     pub(crate) slots: Vec<(u16, Slot)>,
     pub(crate) image: ProcessImage,
     pub(crate) actuals: [Actuals; 2],
@@ -116,18 +129,40 @@ impl Bench {
         let link = SharedLink::new();
         let bus =
             EtherCatBus::open(between(link.clone()), settings).expect("two drives and a terminal answer");
-        let mut bench = Self {
+        Self::on(link, bus, profile::simulated())
+    }
+
+    /// With drives of a type on this line.
+    pub(crate) fn of_type(link: SharedLink, profile: Arc<DriveProfile>) -> Self {
+        let bus = EtherCatBus::open(Box::new(link.clone()), settings()).expect("the line answers");
+        Self::on(link, bus, profile)
+    }
+
+    /// Why the first drive of a line cannot be opened with a profile.
+    pub(crate) fn refusal(link: SharedLink, profile: Arc<DriveProfile>) -> String {
+        let bus = EtherCatBus::open(Box::new(link.clone()), settings()).expect("the line answers");
+        let mut bench = Self::unopened(link, bus, profile);
+        bench.open_drive(1).expect_err("another type").to_string()
+    }
+
+    fn on(link: SharedLink, bus: EtherCatBus, profile: Arc<DriveProfile>) -> Self {
+        let mut bench = Self::unopened(link, bus, profile);
+        bench.arm();
+        bench
+    }
+
+    fn unopened(link: SharedLink, bus: EtherCatBus, profile: Arc<DriveProfile>) -> Self {
+        Self {
             link,
             bus,
             drives: Vec::new(),
             identities: Vec::new(),
+            profile,
             slots: Vec::new(),
             image: ProcessImage::default(),
             actuals: Default::default(),
             now: Duration::ZERO,
-        };
-        bench.arm();
-        bench
+        }
     }
 
     /// Opens both drives and maps the bus.
@@ -153,7 +188,8 @@ impl Bench {
             at
         };
         let mut waiting = Waiting { now: self.link.now(), pause: &mut pause };
-        Cia402::open(&mut self.bus, drive_settings(station), &mut waiting)
+        let settings = DriveSettings { profile: Arc::clone(&self.profile), ..drive_settings(station) };
+        Cia402::open(&mut self.bus, settings, &mut waiting)
     }
 
     pub(crate) fn exchange(&mut self) -> Exchange {

@@ -11,7 +11,7 @@ use procedures::table::Field;
 use super::examples::{Examples, keys};
 use crate::cli::output;
 use crate::files::shipped::{self, Folder};
-use crate::files::{answers, import_map, rig, unit, waivers};
+use crate::files::{answers, import_map, profile, rig, unit, waivers};
 use crate::plan::is_campaign;
 
 /// A page by its name.
@@ -46,6 +46,7 @@ const TOPICS: &[Topic] = &[
     Topic { name: "campaign-file", doc: "keys of a campaign", text: campaign_file },
     Topic { name: "requirements-file", doc: "keys of a requirements file", text: requirements_file },
     Topic { name: "rig-file", doc: "keys of a rig", text: rig_keys },
+    Topic { name: "profile-file", doc: "keys of a drive profile", text: profile_file },
     Topic { name: "unit-file", doc: "keys of a simulated unit", text: unit_file },
     Topic { name: "import-file", doc: "keys of a map for `bench import`", text: import_file },
     Topic { name: "answers-file", doc: "keys of answers to prompts", text: answers_file },
@@ -180,6 +181,10 @@ fn rig_keys() -> String {
     )
 }
 
+fn profile_file() -> String {
+    file_keys("Keys of a drive profile", profile::FIELDS, &Examples::of_folder(Folder::Profiles, |_| true))
+}
+
 fn unit_file() -> String {
     file_keys("Keys of a simulated unit", unit::fields(), &Examples::of_folder(Folder::Units, |_| true))
 }
@@ -216,6 +221,12 @@ pub(super) fn file(name: &str) -> Option<String> {
 pub(super) fn rig_file(name: &str) -> Option<String> {
     let found = shipped::all(Folder::Rigs).find(|e| e.stem() == name)?;
     Some(format!("rig {}\n\n{}", found.source().name, found.text.trim()))
+}
+
+/// A shipped drive profile: its file.
+pub(super) fn profile(name: &str) -> Option<String> {
+    let found = shipped::all(Folder::Profiles).find(|e| e.stem() == name)?;
+    Some(format!("drive profile {}\n\n{}", found.source().name, found.text.trim()))
 }
 
 #[cfg(test)]

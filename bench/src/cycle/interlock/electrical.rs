@@ -48,11 +48,15 @@ pub(crate) const MEAN_TORQUE: Interlock = Interlock {
 
 pub(crate) const TEMPERATURE: Interlock = Interlock {
     name: "temperature",
-    doc: "The heat sink is hotter than the rig allows.",
+    doc: "The heat sink is hotter than the rig allows, or a drive that tells its temperature by SDO has not answered for \
+          10 s. Not watched where the type of the drive tells no temperature.",
     unit: "degC",
     shared: false,
     steerable: true,
-    check: |v| above(v.actuals.heat_sink_degc, v.guard.safety.max_heat_sink_degc),
+    check: |v| {
+        let seen = v.guard.watches_heat_sink.then_some(v.actuals.heat_sink_degc)?;
+        above(seen, v.guard.safety.max_heat_sink_degc)
+    },
 };
 
 pub(crate) const BUS_VOLTAGE: Interlock = Interlock {
@@ -77,7 +81,8 @@ pub(super) const EMERGENCY_STOP: Interlock = Interlock {
     shared: true,
     steerable: false,
     check: |v| {
-        let open = v.guard.emergency_stop_bit.is_some_and(|bit| is_set(v, bit));
+        let by_drive = v.guard.emergency_stop_bit.is_some_and(|bit| is_set(v, bit));
+        let open = by_drive || v.emergency_stop_is_open;
         open.then_some((1.0, 0.0))
     },
 };

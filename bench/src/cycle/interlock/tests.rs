@@ -44,6 +44,7 @@ fn guard() -> AxisGuard {
         worst_load_nm: 100.0,
         emergency_stop_bit: Some(3),
         enabling_switch_bit: Some(4),
+        watches_heat_sink: true,
     }
 }
 
@@ -83,6 +84,7 @@ fn remembering(
         expects_operation: true,
         uses_gyro: true,
         rig_inputs: actuals.digital_inputs,
+        emergency_stop_is_open: false,
         following_error_rad: None,
         bounds: None,
         target_missing_s: None,

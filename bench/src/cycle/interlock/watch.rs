@@ -101,6 +101,7 @@ impl Watch {
             expects_operation: situation.expects_operation,
             uses_gyro: uses_gyro(rig, situation, axis),
             rig_inputs: rig.actuals(0).digital_inputs,
+            emergency_stop_is_open: rig.emergency_stop_is_open(),
             following_error_rad: situation.following_error_rad[axis],
             bounds: situation.bounds,
             target_missing_s: situation.target_missing_s,

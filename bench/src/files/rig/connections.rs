@@ -1,10 +1,14 @@
 //! Where the drives and terminals of a rig are connected: to the simulated bus of this process, or to an EtherCAT wire.
 
+use std::ops::Range;
+
 use procedures::table::TableReader;
 
+use super::terminal::OnWire;
 use crate::model::address::Address;
 use crate::model::device::DeviceEntry;
 use crate::model::rig::Tier;
+use crate::model::terminal::{Terminal, TerminalInput};
 
 /// What is known of the wire while the axes are read.
 pub(super) struct Connections {
@@ -98,6 +102,48 @@ impl Connections {
         found
     }
 
+    /// Terminals and the emergency stop are on the wire of the drives, at stations of their own.
+    pub(super) fn check_terminals(
+        &mut self,
+        t: &mut TableReader<'_>,
+        terminals: &[OnWire<Terminal>],
+        input: Option<&OnWire<TerminalInput>>,
+    ) {
+        for (k, terminal) in terminals.iter().enumerate() {
+            self.check_station(t, &terminal.interface, terminal.what.station, &terminal.place);
+            let earlier = terminals[..k].iter().find(|other| other.what.station == terminal.what.station);
+            if let Some(earlier) = earlier {
+                self.is_wrong = true;
+                let (name, other) = (&terminal.what.name, &earlier.what.name);
+                let message = format!("`{other}` and `{name}` are at the same station");
+                let help = "each SubDevice has its own: correct one of the addresses".to_owned();
+                t.mistake_at(terminal.place.clone(), message, Some(help));
+            }
+        }
+        if let Some(input) = input {
+            self.check_station(t, &input.interface, input.what.station, &input.place);
+        }
+    }
+
+    fn check_station(
+        &mut self,
+        t: &mut TableReader<'_>,
+        interface: &str,
+        station: u16,
+        place: &Range<usize>,
+    ) {
+        let (message, help) = if self.drives.contains(&station) {
+            (format!("station {station} is that of a drive"), "name the station of the terminal")
+        } else if self.interface.as_deref() != Some(interface) {
+            let help = "terminals are on the interface of the drives; a rig in this process has none";
+            (format!("`{interface}` is not the wire of the drives"), help)
+        } else {
+            return;
+        };
+        self.is_wrong = true;
+        t.mistake_at(place.clone(), message, Some(help.to_owned()));
+    }
+
     /// The interface of the wire, `None` for a rig in this process; devices must be connected in the same way.
     pub(super) fn interface(
         mut self,
@@ -146,6 +192,7 @@ impl Connections {
 mod tests {
     use super::super::read_rig;
     use super::super::tests::told;
+    use crate::files::profile::simulated;
     use crate::files::shipped::{self, Folder};
     use crate::model::rig::Tier;
     use procedures::diagnostic::SourceFile;
@@ -165,7 +212,7 @@ mod tests {
         let source = shipped::find(Folder::Rigs, "wired", None).expect("a shipped rig");
         let rig = read_rig(source).expect("it parses");
         assert_eq!((rig.tier, rig.interface()), (Tier::Wired, Some("ecm")));
-        let rehearsed = rig.rehearsed_on(Tier::Virtual);
+        let rehearsed = rig.rehearsed_on(Tier::Virtual, &simulated());
         let stations: Vec<u16> = rehearsed.axes.iter().map(|axis| axis.drive.station).collect();
         assert_eq!((rehearsed.interface(), stations), (None, vec![1, 2]));
     }
@@ -175,8 +222,8 @@ mod tests {
         let text = shipped::find(Folder::Rigs, "wired", None).expect("a shipped rig").text;
         let text = text.replace("ecm/1\"", "ecm/2002\"").replace("ecm/2\"", "ecm/1001\"");
         let rig = read_rig(SourceFile::new("rig.toml", text)).expect("it parses");
-        let stations: Vec<u16> =
-            rig.rehearsed_on(Tier::Paced).axes.iter().map(|axis| axis.drive.station).collect();
+        let rehearsed = rig.rehearsed_on(Tier::Paced, &simulated());
+        let stations: Vec<u16> = rehearsed.axes.iter().map(|axis| axis.drive.station).collect();
         assert_eq!(stations, [2, 1], "azimuth has the higher alias");
     }
 
@@ -199,6 +246,44 @@ mod tests {
     #[test]
     fn an_analog_card_cannot_be_where_a_drive_is() {
         insta::assert_snapshot!(said(&[("card = \"ethercat:ecm/3\"", "card = \"ethercat:ecm/1\"")]));
+    }
+
+    /// With these lines at the end of the file.
+    fn said_with(lines: &str) -> String {
+        let text = shipped::find(Folder::Rigs, "wired", None).expect("a shipped rig").text + lines;
+        told(&read_rig(SourceFile::new("rig.toml", text)).err().unwrap_or_default())
+    }
+
+    #[test]
+    fn terminals_are_on_the_wire_of_the_drives_at_stations_of_their_own() {
+        let terminal =
+            |address: &str| format!("\n[[terminal]]\nname = \"{address}\"\naddress = \"{address}\"\n");
+        assert_eq!(said_with(&(terminal("ethercat:ecm/3") + &terminal("ethercat:ecm/4"))), "");
+        let wrong = ["ethercat:ecm/2", "ethercat:ecx/4", "sim:card", "ethercat:ecm/5", "ethercat:ecm/05"];
+        insta::assert_snapshot!(said_with(&wrong.map(terminal).concat()));
+    }
+
+    #[test]
+    fn an_emergency_stop_is_wired_to_a_drive_or_to_an_input_of_a_terminal() {
+        let bit = "emergency-stop-bit = 3";
+        assert_eq!(said(&[(bit, "emergency-stop = \"ethercat:ecm/4#0\"\n#")]), "");
+        insta::assert_snapshot!(said(&[(
+            bit,
+            "emergency-stop = \"ethercat:ecm/4#0\"\nemergency-stop-bit = 3"
+        )]));
+        insta::assert_snapshot!(said(&[(bit, "emergency-stop = \"ethercat:ecm/4\"")]));
+        insta::assert_snapshot!(said(&[(bit, "emergency-stop = \"ethercat:ecm/1#0\"")]));
+    }
+
+    #[test]
+    fn one_station_written_in_two_ways_is_one_station() {
+        let text = shipped::find(Folder::Rigs, "wired", None).expect("a shipped rig").text;
+        let text = text.replacen("ethercat:ecm/3", "ethercat:ecm/03", 1);
+        let rig = read_rig(SourceFile::new("rig.toml", text)).expect("it parses");
+        let beside = rig.stations_beside_drives();
+        let names: Vec<(u16, Vec<String>)> = beside.into_iter().map(|own| (own.station, own.names)).collect();
+        let devices = ["reference", "supply", "force"].map(str::to_owned).to_vec();
+        assert_eq!(names, [(3, devices)]);
     }
 
     #[test]

@@ -80,20 +80,23 @@ fn read_ports(t: &mut TableReader<'_>, driver: &Driver) -> BTreeMap<String, Stri
             continue;
         }
         let sort = driver.ports.iter().find(|port| port.key == key).map(|port| port.sort);
-        let wrong = match Address::parse(&address) {
-            Err(help) => Some(help),
+        let read = match Address::parse(&address) {
             Ok(Address::EtherCat { .. }) if sort != Some(PortSort::Card) => {
-                Some("only an analog card can be a terminal on EtherCAT: write e.g. `sim:imu`".to_owned())
+                Err("only an analog card can be a terminal on EtherCAT: write e.g. `sim:imu`".to_owned())
             }
-            Ok(_) => None,
+            read => read,
         };
-        if wrong.is_some() {
-            let message = format!("`{address}` is not the address of this port");
-            t.mistake_at(span, message, wrong);
-            named_wrongly.push(key);
-            continue;
+        match read {
+            // One text for one place: `ecm/03` is `ecm/3`.
+            Ok(read) => {
+                ports.insert(key, read.to_string());
+            }
+            Err(help) => {
+                let message = format!("`{address}` is not the address of this port");
+                t.mistake_at(span, message, Some(help));
+                named_wrongly.push(key);
+            }
         }
-        ports.insert(key, address);
     }
     let is_missing =
         |key: &str| !ports.contains_key(key) && !named_wrongly.iter().any(|wrongly| wrongly == key);

@@ -5,6 +5,7 @@ use procedures::table::{Field, Need, Shape};
 
 use super::device::DEVICE_FIELDS;
 use super::instrument::INSTRUMENT_FIELDS;
+use crate::files::profile::START_UP_FIELDS;
 
 const fn required(key: &'static str, shape: Shape, doc: &'static str) -> Field {
     Field { key, shape, need: Need::Required, doc }
@@ -41,6 +42,12 @@ pub const FIELDS: &[Field] = &[
         "Bit of 60FDh of the first drive that is 1 while the emergency stop chain is open.",
     ),
     Field::optional(
+        super::terminal::EMERGENCY_STOP,
+        Shape::Text,
+        "Instead of that bit: an input of a digital terminal, `ethercat:enp3s0/4#0` (interface, station, input from 0), \
+         that is on while the chain is closed. An input that is off, as with a broken wire, counts as pressed.",
+    ),
+    Field::optional(
         "enabling-switch-bit",
         Shape::Integer,
         "Bit of 60FDh of the first drive that is 1 while the enabling switch is held.",
@@ -49,6 +56,12 @@ pub const FIELDS: &[Field] = &[
         "device",
         Shape::Tables(DEVICE_FIELDS),
         "Devices that the bench talks to, `[[device]]`, in the order in which they are opened.",
+    ),
+    Field::optional(
+        "terminal",
+        Shape::Tables(super::terminal::TERMINAL_FIELDS),
+        "SubDevices on the wire beside the drives, `[[terminal]]`: those that no device names, such as couplers, and those \
+         whose identity is to be checked. A SubDevice that nothing in this file names is refused.",
     ),
     Field::optional(
         "instrument",
@@ -79,6 +92,22 @@ pub const AXIS_FIELDS: &[Field] = &[
         Shape::Map(&Shape::Text),
         "Where its drive is connected, `{ bus = \"ethercat:enp3s0/1001\" }`: network interface, then alias of the drive or \
          its place on the wire, from 1; tiers `wired` and `hardware` need it instead of `station`.",
+    ),
+    Field::optional(
+        "profile",
+        Shape::Text,
+        "Type of its drive: a shipped profile (`bench list profiles`) or the path of one. If left out it is \
+         `generic-cia402` on tier `hardware`, and `simulated` elsewhere.",
+    ),
+    Field::optional(
+        "serial",
+        Shape::Integer,
+        "Serial number of its drive, e.g. `0x00B9B366`: a drive with another one is refused.",
+    ),
+    Field::optional(
+        "start-up",
+        Shape::Tables(START_UP_FIELDS),
+        "Objects of this drive that are written in PRE-OP behind those of its profile, and read back.",
     ),
     required("travel", Shape::Range(K::Angle), "Required travel; an axis that passes its end crashes."),
     required("soft-limits", Shape::Range(K::Angle), "Limits that the interlocks enforce, inside the travel."),

@@ -14,7 +14,7 @@ fn said(edits: &[(&str, &str)]) -> String {
 }
 
 /// Mistakes as people read them, without the numbers of lines: a rig file that grows by a key shifts them all.
-pub(super) fn told(mistakes: &[Diagnostic]) -> String {
+pub(in crate::files) fn told(mistakes: &[Diagnostic]) -> String {
     let all = mistakes.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n\n");
     all.lines().map(without_number).collect::<Vec<_>>().join("\n")
 }

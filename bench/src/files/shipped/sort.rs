@@ -24,6 +24,8 @@ pub enum Sort {
     Waivers,
     /// What a table of another tool holds.
     Import,
+    /// A type of drive.
+    Profile,
 }
 
 /// Keys by which a sort is known: the first row of which one stands in the file counts.
@@ -33,6 +35,7 @@ const KEYS: &[(Sort, &[&str])] = &[
     (Sort::Answers, &["answers"]),
     (Sort::Waivers, &["waiver"]),
     (Sort::Import, &["time-column", "channel"]),
+    (Sort::Profile, &["process-data", "torque-scale"]),
     (Sort::Rig, &["tier", "loop-rate", "device", "parameters"]),
     (Sort::Campaign, &["procedure", "must-measure", "requirements"]),
     (Sort::Procedure, &["sweep", "gate", "valid-if"]),
@@ -58,6 +61,7 @@ impl Sort {
             Folder::Rigs => self == Self::Rig,
             Folder::Units | Folder::States => self == Self::Unit,
             Folder::Parameters => false,
+            Folder::Profiles => self == Self::Profile,
         }
     }
 
@@ -71,6 +75,7 @@ impl Sort {
             Self::Unit => ("a simulated unit", "give it with `--unit FILE`"),
             Self::Answers => ("answers to questions", "give them with `run --answers FILE`"),
             Self::Waivers => ("waivers", "give them with `report --waivers FILE`"),
+            Self::Profile => ("a drive profile", "name it in a rig file: `profile = \"FILE\"`"),
             Self::Import => ("a map for an import", "give it to `bench import FILE`"),
         }
     }
@@ -99,7 +104,9 @@ mod tests {
 
     #[test]
     fn every_shipped_file_is_of_the_sort_that_its_folder_is_for() {
-        for folder in [Folder::Procedures, Folder::Requirements, Folder::Rigs, Folder::Units] {
+        for folder in
+            [Folder::Procedures, Folder::Requirements, Folder::Rigs, Folder::Units, Folder::Profiles]
+        {
             for file in all(folder) {
                 let sort = Sort::of(&file.source());
                 let is_own = sort.is_some_and(|sort| sort.fits(folder));

@@ -10,7 +10,7 @@ use crate::model::rig::Rig;
 /// Residual risks of a plan, one sentence each, with numbers.
 pub(crate) fn risks(found: &[ProcedureEnvelope], rig: &Rig) -> Vec<String> {
     let mut all = Vec::new();
-    if rig.emergency_stop_bit.is_none() {
+    if rig.emergency_stop_bit.is_none() && rig.emergency_stop_input.is_none() {
         let text = "emergency stop: the rig names no input for it; the bench notices it only when drives \
                     leave operation";
         all.push(text.to_owned());
@@ -18,6 +18,7 @@ pub(crate) fn risks(found: &[ProcedureEnvelope], rig: &Rig) -> Vec<String> {
     for axis in &rig.axes {
         let stop = &axis.guard.stop;
         all.push(zero(axis));
+        all.extend(drive_type(axis));
         let of_axis = || found.iter().filter(|f| f.axis == axis.name);
         let coasts = of_axis().filter_map(|f| Some((f, f.coast(axis)?)));
         let hit = coasts
@@ -52,6 +53,21 @@ pub(crate) fn risks(found: &[ProcedureEnvelope], rig: &Rig) -> Vec<String> {
                 .to_owned(),
         );
     }
+    all
+}
+
+/// What the type of a drive leaves to nobody.
+fn drive_type(axis: &RigAxis) -> Vec<String> {
+    let profile = &axis.drive.profile;
+    let mut all = Vec::new();
+    if profile.heat_sink.is_none() {
+        all.push(format!(
+            "{}: its drive (profile `{}`) tells no temperature of its heat sink; only the drive watches it",
+            axis.name, profile.id
+        ));
+    }
+    let lacking = |consequence| format!("{}: its drive (profile `{}`): {consequence}", axis.name, profile.id);
+    all.extend(profile.consequences().into_iter().map(lacking));
     all
 }
 

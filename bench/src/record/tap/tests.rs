@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use drivers::wire::ethercat::{EtherCatBus, EtherCatSettings};
 use drivers::wire::{Fieldbus, FrameSink, StoredFrame, Tap, TappedFrame, Way};
-use sim_devices::ethercat::InProcessLink;
+use sim_devices::ethercat::{InProcessLink, Terminals};
 use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
 use sim_devices::unit::UnitSettings;
 
@@ -185,7 +185,8 @@ fn an_exchange_decoded_from_the_file_has_the_inputs_of_the_image() {
     let tap = WireTap::create(std::slice::from_ref(&path), "wire").expect("a new file");
     let address = SeedAddress { seed: 3, procedure: "TEST".into(), point: "1".into() };
     let start = StartState { az_rad: -1.0, el_rad: 1.2, heat_sink_degc: 45.0 };
-    let line = SimulatedRig::new(&UnitSettings::default(), &address, start).ethercat_line();
+    let line = SimulatedRig::new(&UnitSettings::default(), &address, start)
+        .ethercat_line(Terminals { analog: true, digital: false });
     let tapped = Tap::new(InProcessLink::new(line), tap.sink(&Clock::Virtual).expect("free"));
     let mut bus = EtherCatBus::open(Box::new(tapped), EtherCatSettings::usual("bus", 250e-6)).expect("there");
     let (mut image, slots) = bus.map().expect("the usual mapping");

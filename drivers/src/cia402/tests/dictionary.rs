@@ -1,17 +1,92 @@
 //! The far end of the SDO wire: an object dictionary of bytes with the manners of a drive.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::time::Duration;
 
 use crate::cia402::DriveSettings;
-use crate::cia402::objects::{Access, OBJECTS, Object};
+use crate::cia402::objects::{self, Access, DataType, OBJECTS, Object};
+use crate::cia402::pdo::Entry;
+use crate::cia402::profile::*;
 use crate::wire::{SdoAbort, SdoRequest, SdoWire};
+
+/// Objects of the maker of this drive.
+pub(super) const VENDOR_OBJECTS: [Object; 2] = [
+    Object {
+        index: 0x22A3,
+        sub: 0,
+        name: "heat sink temperature",
+        data_type: DataType::I16,
+        access: Access::ReadOnly,
+        unit: "",
+        doc: "",
+    },
+    Object {
+        index: 0x2F00,
+        sub: 0,
+        name: "process data watchdog",
+        data_type: DataType::U16,
+        access: Access::ReadWrite,
+        unit: "steps",
+        doc: "",
+    },
+];
+
+/// A type of drive with a mapping that can be written, a watchdog of its own and a temperature among its inputs.
+pub(super) fn profile() -> DriveProfile {
+    let entry = |object| Entry::of(object).expect("a number");
+    let place = |index| ObjectPlace { index, sub: 0 };
+    let heat_sink = Entry { index: 0x22A3, sub: 0, bits: 16 };
+    DriveProfile {
+        id: "twin".to_owned(),
+        identity: ProfileIdentity::default(),
+        outputs: ProcessData::Mapped(vec![
+            entry(objects::CONTROLWORD),
+            entry(objects::TARGET_TORQUE),
+            entry(objects::TARGET_VELOCITY),
+            entry(objects::MODE),
+            Entry::PADDING,
+        ]),
+        inputs: ProcessData::Mapped(vec![
+            entry(objects::STATUSWORD),
+            entry(objects::ERROR_CODE),
+            entry(objects::MODE_DISPLAY),
+            Entry::PADDING,
+            entry(objects::POSITION),
+            entry(objects::VELOCITY),
+            entry(objects::TORQUE),
+            entry(objects::CURRENT),
+            entry(objects::DC_LINK),
+            heat_sink,
+            entry(objects::DIGITAL_INPUTS),
+        ]),
+        torque_scale: TorqueScale::RatedTorque,
+        clock: DriveClock { has_sync0: true, sync0_shift_s: None, shortest_cycle_s: None },
+        heat_sink: Some(HeatSink {
+            place: place(0x22A3),
+            data_type: DataType::I16,
+            counts_per_degc: 10.0,
+            by: ReadBy::ProcessData,
+        }),
+        watchdog: Some(WatchdogObject { place: place(0x2F00), data_type: DataType::U16, step_s: 100e-6 }),
+        lacks: Vec::new(),
+        start_up: Vec::new(),
+    }
+}
+
+/// Settings for a drive of another type.
+pub(super) fn of_type(change: impl FnOnce(&mut DriveProfile)) -> DriveSettings {
+    let mut profile = profile();
+    change(&mut profile);
+    DriveSettings { profile: Arc::new(profile), ..azimuth() }
+}
 
 /// The azimuth drive of the simulated unit.
 pub(super) fn azimuth() -> DriveSettings {
     DriveSettings {
         name: "az".to_owned(),
         station: 1,
+        profile: Arc::new(profile()),
         torque_constant_nm_per_a: 60.0,
         rated_current_a: 2.0,
         rated_torque_nm: 120.0,
@@ -51,7 +126,7 @@ impl Dictionary {
     /// A commissioned drive that fits the settings; what is configurable holds other values yet.
     pub(super) fn of(settings: &DriveSettings) -> Self {
         let mut far_end = Self::default();
-        for object in OBJECTS {
+        for object in OBJECTS.iter().chain(&VENDOR_OBJECTS) {
             let bytes = vec![0x5A; object.data_type.bytes().unwrap_or(0)];
             far_end.bytes.insert((object.index, object.sub), bytes);
         }
@@ -82,7 +157,9 @@ impl Dictionary {
     }
 
     fn object(index: u16, sub: u8) -> Option<&'static Object> {
-        OBJECTS.iter().find(|object| (object.index, object.sub) == (index, sub))
+        // Lists of assigned PDOs have room for eight.
+        let sub = if matches!(index, 0x1C12 | 0x1C13) && (2..=8).contains(&sub) { 1 } else { sub };
+        OBJECTS.iter().chain(&VENDOR_OBJECTS).find(|object| (object.index, object.sub) == (index, sub))
     }
 
     fn refuse(&self, index: u16, sub: u8) -> Result<(), SdoAbort> {

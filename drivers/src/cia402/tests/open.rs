@@ -1,7 +1,9 @@
 //! Identification and configuration against the far end, and everything that can differ.
 
+use super::dictionary::{VENDOR_OBJECTS, profile};
 use super::*;
 use crate::cia402::objects::{Access, DataType, OBJECTS, Object};
+use crate::cia402::profile::ObjectPlace;
 
 fn error(far_end: &mut Dictionary, settings: DriveSettings) -> DeviceError {
     open(far_end, settings).expect_err("this drive must be refused")
@@ -13,7 +15,7 @@ fn touched() -> impl Iterator<Item = &'static Object> {
         0x603F, 0x6040, 0x6041, 0x6061, 0x6064, 0x606C, 0x6071, 0x6077, 0x6078, 0x6079, 0x60FD, 0x60FF,
         0x22A3,
     ];
-    OBJECTS.iter().filter(move |object| !process_data.contains(&object.index))
+    OBJECTS.iter().chain(&VENDOR_OBJECTS).filter(move |object| !process_data.contains(&object.index))
 }
 
 #[test]
@@ -96,7 +98,8 @@ fn mapping_is_written_count_zero_first_and_holds_the_agreed_bytes() {
             assert_eq!(far_end.get(index, sub), word.to_le_bytes());
         }
     }
-    assert_eq!((pdo::RX_BYTES, pdo::TX_BYTES), (10, 28));
+    let heat_sink = ObjectPlace { index: 0x22A3, sub: 0 };
+    assert_eq!(profile().inputs.offset_of(heat_sink), Some(22));
     assert_eq!(far_end.get(0x1C12, 1), 0x1600_u16.to_le_bytes());
     assert_eq!(far_end.get(0x1C13, 1), 0x1A00_u16.to_le_bytes());
     let order: Vec<_> = far_end.written.iter().take(9).map(|(index, sub, _)| (*index, *sub)).collect();

@@ -22,7 +22,7 @@ pub struct EtherCatSettings {
     pub watchdog_s: f64,
     /// Distributed clocks; `None` for stations that run freely or by frames.
     pub distributed_clocks: Option<DistributedClocks>,
-    /// The stations that must be there, in position order; empty takes every line as it is.
+    /// The stations that must be there, and no others, in any order; empty takes every line as it is.
     pub stations: Vec<ExpectedStation>,
     /// Whether the bus may be opened while a station is in SAFE-OP or OP. Opening takes all stations through INIT, where a drive
     /// that holds its axis lets go of it.
@@ -49,12 +49,14 @@ pub struct DistributedClocks {
 pub struct ExpectedStation {
     /// Station, as in [`StationInfo::station`](super::StationInfo::station).
     pub station: u16,
+    /// Who needs it, for messages, e.g. `az`.
+    pub name: String,
     /// Vendor; `None` takes any.
     pub vendor: Option<u32>,
     /// Product code; `None` takes any.
     pub product: Option<u32>,
-    /// Revision; `None` takes any.
-    pub revision: Option<u32>,
+    /// Lowest and highest revision; `None` takes any.
+    pub revisions: Option<[u32; 2]>,
     /// Serial number; `None` takes any.
     pub serial: Option<u32>,
 }

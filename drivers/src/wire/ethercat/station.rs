@@ -62,34 +62,79 @@ pub(super) fn check(found: &[StationInfo], expected: &[ExpectedStation]) -> Resu
     if expected.is_empty() {
         return Ok(());
     }
-    let numbers = |stations: &mut dyn Iterator<Item = u16>| {
-        stations.map(|number| number.to_string()).collect::<Vec<_>>().join(", ")
-    };
-    if found.len() != expected.len() || found.iter().zip(expected).any(|(f, e)| f.station != e.station) {
-        return Err(Wrong {
-            expected: format!("stations {}", numbers(&mut expected.iter().map(|e| e.station))),
-            found: format!("stations {}", numbers(&mut found.iter().map(|f| f.station))),
-            help: "check cables, supplies and order, or correct the stations in the rig file",
-        });
+    let listed = |texts: Vec<String>| if texts.is_empty() { "none".to_owned() } else { texts.join(", ") };
+    let is_expected = |found: &&StationInfo| expected.iter().any(|e| e.station == found.station);
+    let is_found = |expected: &&ExpectedStation| found.iter().any(|f| f.station == expected.station);
+    let missing: Vec<String> = expected.iter().filter(|e| !is_found(e)).map(who_needs).collect();
+    let others: Vec<String> = found.iter().filter(|f| !is_expected(f)).map(who_is).collect();
+    if missing.is_empty() && others.is_empty() {
+        return found.iter().try_for_each(|found| check_identity(found, expected));
     }
-    found.iter().zip(expected).try_for_each(|(found, expected)| check_identity(found, expected))
+    let help = match (missing.is_empty(), others.is_empty()) {
+        (false, true) => "check its supply and the cables in front of it, or its address in the rig file",
+        (true, _) => "take it off the line, or add it to the rig file as a `[[terminal]]`",
+        (false, false) => "check cables, supplies and aliases, or correct the addresses in the rig file",
+    };
+    Err(match missing.is_empty() {
+        true => Wrong { expected: "no other station".to_owned(), found: listed(others), help },
+        false => Wrong {
+            expected: format!("{} on the line", listed(missing)),
+            found: match others.is_empty() {
+                true => format!(
+                    "stations {} alone",
+                    listed(found.iter().map(|f| f.station.to_string()).collect())
+                ),
+                false => format!("{} instead", listed(others)),
+            },
+            help,
+        },
+    })
 }
 
-fn check_identity(found: &StationInfo, expected: &ExpectedStation) -> Result<(), Wrong> {
+fn who_needs(expected: &ExpectedStation) -> String {
+    match expected.name.is_empty() {
+        true => format!("station {}", expected.station),
+        false => format!("station {} ({})", expected.station, expected.name),
+    }
+}
+
+fn who_is(found: &StationInfo) -> String {
+    let StationInfo { station, name, vendor, product, serial, .. } = found;
+    format!("station {station} ({name}, vendor {vendor:08X}h, product {product:08X}h, serial {serial:08X}h)")
+}
+
+/// Refuses a station that is another device than the one that is expected under its number.
+fn check_identity(found: &StationInfo, all: &[ExpectedStation]) -> Result<(), Wrong> {
+    let Some(expected) = all.iter().find(|expected| expected.station == found.station) else { return Ok(()) };
+    let one = |value: Option<u32>| value.map(|value| [value, value]);
     let fields = [
-        ("vendor", expected.vendor, found.vendor),
-        ("product code", expected.product, found.product),
-        ("revision", expected.revision, found.revision),
-        ("serial number", expected.serial, found.serial),
+        ("vendor", one(expected.vendor), found.vendor),
+        ("product code", one(expected.product), found.product),
+        ("revision", expected.revisions, found.revision),
+        ("serial number", one(expected.serial), found.serial),
     ];
-    for (name, expected, value) in fields {
-        if let Some(wanted) = expected.filter(|wanted| *wanted != value) {
-            return Err(Wrong {
-                expected: format!("{name} {wanted:08X}h at station {}", found.station),
-                found: format!("{value:08X}h ({})", found.name),
-                help: "another device is on this place: check the line, or correct the identity in the rig file",
-            });
-        }
+    for (name, wanted, value) in fields {
+        let Some([low, high]) = wanted.filter(|[low, high]| !(*low..=*high).contains(&value)) else {
+            continue;
+        };
+        let wanted = if low == high { format!("{low:08X}h") } else { format!("{low:08X}h to {high:08X}h") };
+        // A serial number that belongs elsewhere tells of swapped cables.
+        let belongs = all.iter().find(|other| name == "serial number" && other.serial == Some(value));
+        return Err(Wrong {
+            expected: format!("{name} {wanted} at {}", who_needs(expected)),
+            found: match belongs {
+                Some(other) => {
+                    format!("{value:08X}h ({}), which belongs at {}", found.name, who_needs(other))
+                }
+                None => format!("{value:08X}h ({})", found.name),
+            },
+            help: match belongs {
+                Some(_) => "devices or cables are swapped: restore the order of the line",
+                None => {
+                    "another device is at this address: check the line, or correct the identity in the rig file"
+                }
+            },
+        });
     }
     Ok(())
 }
@@ -122,15 +167,50 @@ mod tests {
         assert_eq!(twice.found, "number 2 at positions 1 and 2");
     }
 
+    fn expected(station: u16, name: &str) -> ExpectedStation {
+        ExpectedStation { station, name: name.to_owned(), ..Default::default() }
+    }
+
+    /// Expected and found, as the message has them.
+    fn wrong(found: &[StationInfo], expected: &[ExpectedStation]) -> [String; 2] {
+        let wrong = check(found, expected).expect_err("another line than expected");
+        [wrong.expected, wrong.found]
+    }
+
     #[test]
-    fn other_stations_than_expected_are_named() {
-        let expected = |station, product| ExpectedStation { station, product, ..Default::default() };
+    fn a_missing_an_extra_and_another_station_are_named() {
+        let line = [station(1, 0), station(2, 1001)];
+        let [az, el] = [expected(1, "az"), expected(1001, "el")];
+        assert!(check(&line, &[el.clone(), az.clone()]).is_ok(), "the order of the rig file does not matter");
+        let card = expected(3, "reference");
+        let missing = wrong(&line, &[az.clone(), el, card.clone()]);
+        assert_eq!(missing, ["station 3 (reference) on the line", "stations 1, 1001 alone"]);
+        let extra = wrong(&line, std::slice::from_ref(&az));
+        let twin = "station 1001 (Twin, vendor 0000009Ah, product 00030924h, serial 00000007h)";
+        assert_eq!(extra, ["no other station", twin]);
+        let another = wrong(&line, &[az, card]);
+        assert_eq!(another, ["station 3 (reference) on the line".to_owned(), format!("{twin} instead")]);
+    }
+
+    #[test]
+    fn another_product_and_a_revision_out_of_range_are_named() {
         let line = [station(1, 0), station(2, 0)];
-        assert!(check(&line, &[expected(1, None), expected(2, Some(0x30924))]).is_ok());
-        let missing = check(&line, &[expected(1, None)]).expect_err("one too many");
-        assert_eq!((missing.expected.as_str(), missing.found.as_str()), ("stations 1", "stations 1, 2"));
-        let other = check(&line, &[expected(1, None), expected(2, Some(5))]).expect_err("another product");
-        assert_eq!(other.expected, "product code 00000005h at station 2");
-        assert_eq!(other.found, "00030924h (Twin)");
+        let product = ExpectedStation { product: Some(5), ..expected(2, "el") };
+        let found = wrong(&line, &[expected(1, "az"), product]);
+        assert_eq!(found, ["product code 00000005h at station 2 (el)", "00030924h (Twin)"]);
+        let revisions = |range| ExpectedStation { revisions: Some(range), ..expected(2, "el") };
+        assert!(check(&line, &[expected(1, "az"), revisions([0, 1])]).is_ok());
+        let found = wrong(&line, &[expected(1, "az"), revisions([2, 3])]);
+        assert_eq!(found[0], "revision 00000002h to 00000003h at station 2 (el)");
+    }
+
+    #[test]
+    fn swapped_drives_are_told_by_their_serial_numbers() {
+        let serial =
+            |name, station, serial| ExpectedStation { serial: Some(serial), ..expected(station, name) };
+        let line = [StationInfo { serial: 11, ..station(1, 0) }, StationInfo { serial: 10, ..station(2, 0) }];
+        let found = wrong(&line, &[serial("az", 1, 10), serial("el", 2, 11)]);
+        assert_eq!(found[0], "serial number 0000000Ah at station 1 (az)");
+        assert_eq!(found[1], "0000000Bh (Twin), which belongs at station 2 (el)");
     }
 }

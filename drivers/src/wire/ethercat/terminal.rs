@@ -1,4 +1,5 @@
-//! Analog terminals on an EtherCAT bus: signed 16-bit channels in a slot of the process image.
+//! Terminals on an EtherCAT bus, in a slot of the process image: analog ones with signed 16-bit channels, digital ones with a
+//! bit for each input.
 
 use std::ops::Range;
 
@@ -95,6 +96,42 @@ impl AnalogTerminal {
     }
 }
 
+/// The digital inputs of a terminal: input 0 is the lowest bit of its first byte.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DigitalTerminal {
+    name: String,
+    inputs: Range<usize>,
+}
+
+impl DigitalTerminal {
+    /// A terminal whose inputs lie at `slot`.
+    pub fn new(name: &str, slot: &Slot) -> Self {
+        Self { name: name.to_owned(), inputs: slot.inputs.clone() }
+    }
+
+    /// Whether an input was on in the last exchange.
+    ///
+    /// # Errors
+    /// When there is no such input, or the image is another bus's.
+    pub fn is_on(&self, image: &ProcessImage, input: usize) -> Result<bool, DeviceError> {
+        let byte = input / 8;
+        let bytes = image.inputs.get(self.inputs.clone());
+        match bytes.and_then(|bytes| bytes.get(byte)) {
+            Some(bits) => Ok(bits >> (input % 8) & 1 == 1),
+            None => Err(DeviceError::Field {
+                device: self.name.clone(),
+                field: "input",
+                expected: match 8 * self.inputs.len() {
+                    0 => "a terminal with digital inputs".to_owned(),
+                    count => format!("0 to {} within the process data of the terminal", count - 1),
+                },
+                found: input.to_string(),
+                help: "correct the terminal or its input in the rig file",
+            }),
+        }
+    }
+}
+
 /// The two bytes at `byte` of a slot.
 fn range(slot: &Range<usize>, byte: usize) -> Option<Range<usize>> {
     let start = slot.start.checked_add(byte)?;
@@ -134,6 +171,17 @@ mod tests {
         assert_eq!(image.outputs, [7, 7, 7, 7, 0xFF, 0x7F]);
         assert_eq!(terminal().write_v(&mut image, 0, f64::NAN), Ok(0.0));
         assert!(terminal().read_v(&image, 0).is_err(), "the image has no inputs");
+    }
+
+    #[test]
+    fn digital_inputs_are_the_bits_of_the_slot_and_others_are_refused() {
+        let terminal = DigitalTerminal::new("inputs", &Slot { outputs: 0..0, inputs: 1..3 });
+        let image = ProcessImage { outputs: Vec::new(), inputs: vec![0xFF, 0b1000_0001, 0b10] };
+        let on: Vec<usize> = (0..16).filter(|&input| terminal.is_on(&image, input) == Ok(true)).collect();
+        assert_eq!(on, [0, 7, 9]);
+        let text = terminal.is_on(&image, 16).expect_err("there are sixteen").to_string();
+        assert!(text.contains("expected 0 to 15") && text.contains("found 16"), "{text}");
+        assert!(terminal.is_on(&ProcessImage::default(), 0).is_err(), "the image is another bus's");
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::super::faults::LineFault;
-use super::super::line::{EtherCatLine, Passage};
+use super::super::line::{EtherCatLine, Passage, Terminals};
 use super::bench::*;
 use crate::rig::{SeedAddress, SimulatedRig, StartState};
 use crate::unit::UnitSettings;
@@ -40,7 +40,7 @@ pub(super) fn unnumbered() -> (SimulatedRig, RigLine) {
     let address = SeedAddress { seed: 1, procedure: "line".to_owned(), point: String::new() };
     let start = StartState { az_rad: 0.0, el_rad: 0.0, heat_sink_degc: 20.0 };
     let rig = SimulatedRig::new(&UnitSettings::default(), &address, start);
-    let line = RigLine(rig.ethercat_line());
+    let line = RigLine(rig.ethercat_line(Terminals { analog: true, digital: false }));
     (rig, line)
 }
 

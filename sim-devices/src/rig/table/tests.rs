@@ -1,6 +1,6 @@
 use super::*;
 use crate::bus::at_once::AtOnce;
-use crate::rig::tests::torque_command;
+use crate::rig::tests::{profile, torque_command};
 use drivers::cia402::{Actuals, Cia402, DriveSettings, PowerState, PowerTarget, Waiting};
 use drivers::wire::{BusState, ProcessImage, SdoAbort};
 
@@ -10,6 +10,7 @@ fn drive_settings(name: &str, station: u16) -> DriveSettings {
     DriveSettings {
         name: name.to_owned(),
         station,
+        profile: profile::simulated(),
         torque_constant_nm_per_a: 6.0,
         rated_current_a: 2.0,
         rated_torque_nm: 12.0,

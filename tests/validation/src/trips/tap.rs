@@ -6,7 +6,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU16, Ordering};
 use std::time::Duration;
 
-use drivers::cia402::{objects, pdo};
+use bench::files::profile;
+use drivers::cia402::profile::{DriveProfile, ObjectPlace};
 use drivers::wire::{Fieldbus, ProcessImage, Slot};
 use sim_devices::rig::{AxesTruth, SimulatedRig};
 
@@ -50,6 +51,7 @@ pub(super) struct Record {
 pub(super) struct Tap {
     rig: SimulatedRig,
     slots: Vec<Slot>,
+    profile: Arc<DriveProfile>,
     stop: Arc<AtomicU16>,
     record: Rc<RefCell<Record>>,
 }
@@ -68,7 +70,10 @@ impl Tap {
         stop: Arc<AtomicU16>,
         record: Rc<RefCell<Record>>,
     ) -> Box<dyn Fieldbus> {
-        Intercepted::boxed(rig.bus(), Self { rig: rig.clone(), slots: Vec::new(), stop, record })
+        Intercepted::boxed(
+            rig.bus(),
+            Self { rig: rig.clone(), slots: Vec::new(), profile: profile::simulated(), stop, record },
+        )
     }
 
     fn take(&mut self, now: Duration, image: &ProcessImage, good: bool) {
@@ -77,19 +82,12 @@ impl Tap {
         let index = record.samples.len();
         let sample = Sample {
             time_s: now.as_secs_f64(),
-            controlword: self
-                .both(|k| word(self.output(image, k, pdo::offset_of(&pdo::RX, objects::CONTROLWORD)))),
-            torque_permille: self.both(|k| {
-                word(self.output(image, k, pdo::offset_of(&pdo::RX, objects::TARGET_TORQUE))) as i16
-            }),
-            statusword: self
-                .both(|k| word(self.input(image, k, pdo::offset_of(&pdo::TX, objects::STATUSWORD)))),
-            bus_v: f64::from(long(self.input(image, 0, pdo::offset_of(&pdo::TX, objects::DC_LINK)))) / 1e3,
-            heat_sink_degc: self.both(|k| {
-                f64::from(word(self.input(image, k, pdo::offset_of(&pdo::TX, objects::HEAT_SINK))) as i16)
-                    / 10.0
-            }),
-            digital_inputs: long(self.input(image, 0, pdo::offset_of(&pdo::TX, objects::DIGITAL_INPUTS))),
+            controlword: self.both(|k| word(self.output(image, k, 0x6040))),
+            torque_permille: self.both(|k| word(self.output(image, k, 0x6071)) as i16),
+            statusword: self.both(|k| word(self.input(image, k, 0x6041))),
+            bus_v: f64::from(long(self.input(image, 0, 0x6079))) / 1e3,
+            heat_sink_degc: self.both(|k| f64::from(word(self.input(image, k, 0x22A3)) as i16) / 10.0),
+            digital_inputs: long(self.input(image, 0, 0x60FD)),
             bad_in_row: if good { 0 } else { bad_before + 1 },
             ordered: self.order(&mut record, now, index),
             truth: self.rig.truth_of_axes(),
@@ -122,11 +120,13 @@ impl Tap {
         [of(0), of(1)]
     }
 
-    fn output<'i>(&self, image: &'i ProcessImage, drive: usize, offset: usize) -> &'i [u8] {
+    fn output<'i>(&self, image: &'i ProcessImage, drive: usize, index: u16) -> &'i [u8] {
+        let offset = self.profile.outputs.offset_of(ObjectPlace { index, sub: 0 }).expect("it is mapped");
         &image.outputs[self.slots[drive].outputs.start + offset..]
     }
 
-    fn input<'i>(&self, image: &'i ProcessImage, drive: usize, offset: usize) -> &'i [u8] {
+    fn input<'i>(&self, image: &'i ProcessImage, drive: usize, index: u16) -> &'i [u8] {
+        let offset = self.profile.inputs.offset_of(ObjectPlace { index, sub: 0 }).expect("it is mapped");
         &image.inputs[self.slots[drive].inputs.start + offset..]
     }
 }

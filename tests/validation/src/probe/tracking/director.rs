@@ -193,6 +193,7 @@ fn drive_settings(name: &str, station: u16, axis: &AxisSettings) -> DriveSetting
     DriveSettings {
         name: name.into(),
         station,
+        profile: bench::files::profile::simulated(),
         torque_constant_nm_per_a: axis.torque_constant_nm_per_a,
         rated_current_a: axis.rated_current_a,
         rated_torque_nm: axis.rated_torque_nm,
