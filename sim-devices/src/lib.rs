@@ -22,6 +22,8 @@ pub mod rig;
 pub mod scene;
 pub mod scope;
 mod scpi;
+#[cfg(target_os = "linux")]
+pub mod served;
 mod table;
 pub mod target;
 pub mod tracker;
