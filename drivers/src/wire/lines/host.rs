@@ -56,7 +56,7 @@ impl HostEnd {
             return Err(failure(
                 self.shared.address(),
                 "received",
-                "everything is read in time",
+                "everything to be read in time",
                 found,
                 help,
             ));
@@ -69,7 +69,7 @@ impl HostEnd {
                 self.shared.address(),
                 "peer",
                 "a device that listens at the port",
-                "nobody listens (ICMP port unreachable)",
+                "no listener (ICMP port unreachable)",
                 help,
             ));
         }

@@ -83,15 +83,15 @@ impl Wire {
         let words = error.map_or_else(|| "end of input".to_owned(), ToString::to_string);
         let (found, help) = match (self.sort, errno) {
             (Sort::Serial { .. }, None | Some(Errno::IO | Errno::NXIO | Errno::NODEV)) => (
-                format!("it was unplugged, or the far end closed it ({words})"),
+                format!("one that was unplugged or closed by the far end ({words})"),
                 "check plug and supply of the adapter, then start again",
             ),
             (Sort::Tcp, None) => (
-                "the device closed it".to_owned(),
+                "one that the device closed".to_owned(),
                 "check whether the device was switched off, or serves another client; then start again",
             ),
             (Sort::Tcp, Some(Errno::CONNRESET | Errno::PIPE)) => (
-                format!("the device reset it ({words})"),
+                format!("one that the device reset ({words})"),
                 "check whether the device was started again; then start again",
             ),
             _ => (words, "check device, cable and network, then start again"),
@@ -114,7 +114,7 @@ struct Ending(Arc<Shared>);
 impl Drop for Ending {
     fn drop(&mut self) {
         let help = "open it again";
-        self.0.fail(failure(self.0.address(), "line", "an open line", "this program closed it", help));
+        self.0.fail(failure(self.0.address(), "line", "an open line", "one that this program closed", help));
     }
 }
 

@@ -88,7 +88,7 @@ fn refused(address: &str, errno: Errno) -> DeviceError {
             "give the user the group that owns the port, often `dialout` (`ls -l` shows it), then log in anew",
         ),
         Errno::BUSY | Errno::WOULDBLOCK => (
-            format!("another program has it open ({found})"),
+            format!("one that another program has open ({found})"),
             "end the other program; `fuser -v` with the path shows which it is",
         ),
         Errno::NOTTY | Errno::INVAL | Errno::ISDIR => {

@@ -86,5 +86,5 @@ fn unbound(address: &str, bind: SocketAddr, error: &io::Error) -> DeviceError {
         ErrorKind::PermissionDenied => "ports below 1024 need more rights: choose another one",
         _ => "correct `bind` in the rig file",
     };
-    failure(address, "bind", format!("{bind} is free"), error.to_string(), help)
+    failure(address, "bind", format!("{bind} to be free"), error.to_string(), help)
 }

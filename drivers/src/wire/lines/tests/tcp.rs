@@ -50,7 +50,8 @@ fn a_device_that_closes_gives_its_last_bytes_and_then_the_reason() {
     let (before, text) = read_to_failure(&mut line);
     assert_eq!(before, b"last");
     assert!(
-        text.starts_with("tcp:127.0.0.1:") && text.contains("found the device closed it; check whether"),
+        text.starts_with("tcp:127.0.0.1:")
+            && text.contains("found one that the device closed; check whether"),
         "{text}"
     );
 }
@@ -63,7 +64,7 @@ fn a_connection_that_is_reset_says_so() {
     rustix::net::sockopt::set_socket_linger(&far, Some(Duration::ZERO)).expect("set");
     drop(far);
     let (_, text) = read_to_failure(&mut line);
-    assert!(text.contains("found the device reset it (Connection reset by peer"), "{text}");
+    assert!(text.contains("found one that the device reset (Connection reset by peer"), "{text}");
 }
 
 #[test]

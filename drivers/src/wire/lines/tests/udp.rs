@@ -69,7 +69,7 @@ fn a_peer_that_does_not_listen_is_told_once_and_the_port_goes_on() {
     drop(far);
     port.send(now(), b"anybody?").expect("room");
     let text = wait_for("the refusal", || port.receive(now(), &mut [0; 8]).err()).to_string();
-    assert!(text.contains("found nobody listens (ICMP port unreachable); check address and port"), "{text}");
+    assert!(text.contains("found no listener (ICMP port unreachable); check address and port"), "{text}");
     let far = UdpSocket::bind(peer).expect("bound again");
     far.connect(own).expect("connected");
     far.send(b"here").expect("sent");
@@ -105,7 +105,10 @@ fn an_own_address_that_is_taken_or_foreign_is_named() {
         lines.open_port(&address).err().expect("refused").to_string()
     };
     let text = refused(own.to_string());
-    assert!(text.contains(&format!("bind: expected {own} is free, found Address already in use")), "{text}");
+    assert!(
+        text.contains(&format!("bind: expected {own} to be free, found Address already in use")),
+        "{text}"
+    );
     assert!(refused("192.0.2.1:6001".to_owned()).contains("`ip address` shows"));
     assert!(
         refused("[::1]:6001".to_owned()).contains("expected an address of the same IP version as [::1]:6001")
