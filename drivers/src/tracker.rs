@@ -11,7 +11,7 @@ use crate::device::{Channel, DeviceError, Width};
 use crate::wire::DatagramPort;
 
 pub use self::clock::{CameraClock, DeclaredDelay};
-pub use self::datagram::{DatagramFault, LENGTH, Lock, Sample, Source, decode, encode};
+pub use self::datagram::{DatagramFault, LENGTH, Lock, Sample, Source, advance_counter, decode, encode};
 
 /// How a tracker's pixels become angles; SI units.
 #[derive(Clone, Debug, PartialEq)]

@@ -15,6 +15,8 @@ pub mod fault;
 pub mod igh;
 mod line;
 #[cfg(target_os = "linux")]
+pub mod lines;
+#[cfg(target_os = "linux")]
 mod packet_socket;
 mod tap;
 

@@ -23,6 +23,8 @@ pub mod rig;
 pub mod scene;
 pub mod scope;
 mod scpi;
+#[cfg(target_os = "linux")]
+pub mod served;
 pub mod stim300;
 mod table;
 pub mod target;

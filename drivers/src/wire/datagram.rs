@@ -21,3 +21,17 @@ pub trait DatagramPort {
     /// When the port is gone.
     fn send(&mut self, now: Duration, bytes: &[u8]) -> Result<(), DeviceError>;
 }
+
+impl<P: DatagramPort + ?Sized> DatagramPort for Box<P> {
+    fn name(&self) -> &str {
+        (**self).name()
+    }
+
+    fn receive(&mut self, now: Duration, into: &mut [u8]) -> Result<Option<usize>, DeviceError> {
+        (**self).receive(now, into)
+    }
+
+    fn send(&mut self, now: Duration, bytes: &[u8]) -> Result<(), DeviceError> {
+        (**self).send(now, bytes)
+    }
+}

@@ -4,10 +4,14 @@
 //! happens. Frames are counted from 1, each way for itself, from [`FaultControl::begin`] on; before that nothing is
 //! touched.
 //!
+//! [`FaultyByteLine`] and [`FaultyDatagramPort`] do the like to the bytes of a line and the datagrams of a port.
+//!
 //! An interface's own check sequence is added and removed behind this seam. A damaged frame therefore arrives, other than on
 //! a cable, where the check finds it and it is lost. EtherCAT has no other check: a changed byte of process data is taken.
 
+mod byte_line;
 mod control;
+mod datagram_port;
 mod held;
 mod plan;
 #[cfg(test)]
@@ -17,7 +21,11 @@ use std::io;
 use std::sync::Arc;
 use std::time::Duration;
 
+pub use byte_line::{
+    ByteFaultControl, ByteFaultCounts, ByteFaultKind, ByteLineFault, ByteLineFaultPlan, FaultyByteLine,
+};
 pub use control::{FaultControl, FaultCounts};
+pub use datagram_port::{CounterJump, FaultyDatagramPort, PortFaultPlan, PortSilence};
 pub use plan::{FaultKind, FaultPlan, FrameFault, MIN_TRUNCATED_BYTES, Occurrence};
 
 use self::control::Counted;

@@ -21,3 +21,17 @@ pub trait ByteLine {
     /// When the line is gone.
     fn write(&mut self, now: Duration, bytes: &[u8]) -> Result<(), DeviceError>;
 }
+
+impl<L: ByteLine + ?Sized> ByteLine for Box<L> {
+    fn name(&self) -> &str {
+        (**self).name()
+    }
+
+    fn read(&mut self, now: Duration, into: &mut [u8]) -> Result<usize, DeviceError> {
+        (**self).read(now, into)
+    }
+
+    fn write(&mut self, now: Duration, bytes: &[u8]) -> Result<(), DeviceError> {
+        (**self).write(now, bytes)
+    }
+}

@@ -33,7 +33,7 @@ pub enum FaultKind {
     Reorder,
 }
 
-/// When a fault occurs. Frames are counted from 1, each way for itself.
+/// When a fault occurs. Frames (datagrams of a port, bytes of a line) are counted from 1, each way for itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Occurrence {
     /// To each frame with this probability.
@@ -84,9 +84,10 @@ pub(super) struct Fate {
 
 /// What a number is drawn for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Drawn {
+pub(super) enum Drawn {
     Whether,
     Bit,
+    Garbage,
 }
 
 impl FaultPlan {
@@ -118,27 +119,37 @@ impl FaultPlan {
     }
 
     fn occurs(&self, index: usize, fault: &FrameFault, number: u64) -> bool {
-        match fault.when {
-            Occurrence::Chance(probability) => {
-                /// Values of a fraction with 53 bits.
-                const STEPS: f64 = (1_u64 << 53) as f64;
-                let fraction = (self.draw(index, fault.way, number, Drawn::Whether) >> 11) as f64 / STEPS;
-                fraction < probability
-            }
-            Occurrence::Every(period) => period > 0 && number.is_multiple_of(period),
-            Occurrence::At { first, count } => number.checked_sub(first).is_some_and(|after| after < count),
-        }
+        fault.when.includes(number, || self.draw(index, fault.way, number, Drawn::Whether))
     }
 
-    /// A number that depends on its address alone: no draw changes another.
     fn draw(&self, index: usize, way: Way, number: u64, what: Drawn) -> u64 {
-        let stream = (index as u64) << 8 | (way as u64) << 4 | what as u64;
-        mixed(mixed(mixed(self.seed) ^ stream) ^ number)
+        draw(self.seed, index, way, number, what)
     }
 }
 
+impl Occurrence {
+    /// Whether the unit with this number, from 1, has the fault; `draw` gives the number that chance decides by.
+    pub(super) fn includes(self, number: u64, draw: impl FnOnce() -> u64) -> bool {
+        match self {
+            Self::Chance(probability) => {
+                /// Values of a fraction with 53 bits.
+                const STEPS: f64 = (1_u64 << 53) as f64;
+                ((draw() >> 11) as f64 / STEPS) < probability
+            }
+            Self::Every(period) => period > 0 && number.is_multiple_of(period),
+            Self::At { first, count } => number.checked_sub(first).is_some_and(|after| after < count),
+        }
+    }
+}
+
+/// A number that depends on its address alone: no draw changes another.
+pub(super) fn draw(seed: u64, index: usize, way: Way, number: u64, what: Drawn) -> u64 {
+    let stream = (index as u64) << 8 | (way as u64) << 4 | what as u64;
+    mixed(mixed(mixed(seed) ^ stream) ^ number)
+}
+
 /// Mixes the bits of a number (the finaliser of `SplitMix64`).
-fn mixed(number: u64) -> u64 {
+pub(super) fn mixed(number: u64) -> u64 {
     let mut z = number.wrapping_add(0x9E37_79B9_7F4A_7C15);
     z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
