@@ -4,6 +4,7 @@ mod change;
 mod configure;
 mod error_code;
 mod frame;
+pub(crate) mod frames;
 pub mod objects;
 pub mod pdo;
 mod power;
@@ -18,13 +19,13 @@ pub use self::change::DriveLimits;
 pub use self::configure::check_cycle;
 pub use self::error_code::error_code_meaning;
 pub use self::power::{PowerState, PowerTarget};
+pub(crate) use self::sdo::Dictionary;
 pub use self::sdo::{Waiting, abort_meaning};
 
 use self::change::Change;
 use self::frame::{Inputs, Outputs};
 use self::power::{PowerRules, PowerSequence};
 use self::scale::Scale;
-use self::sdo::Dictionary;
 use crate::device::{Channel, DeviceError, Width};
 use crate::wire::{SdoWire, Slot};
 

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use drivers::device::DeviceError;
 use drivers::wire::{
-    AnalogPort, BusState, Exchange, Fieldbus, Notice, ProcessImage, SdoAbort, SdoRequest, SdoWire, Slot,
+    AnalogPort, BusState, Exchange, Fieldbus, Notice, PdoTransport, ProcessImage, SdoAbort, SdoRequest, SdoWire, Slot,
 };
 
 /// Counts of ±10 V: 16 bit, signed.
@@ -104,6 +104,10 @@ impl<B: Fieldbus> WithTerminals<B> {
 }
 
 impl<B: Fieldbus> SdoWire for WithTerminals<B> {
+    fn pdo_transport(&self) -> PdoTransport {
+        self.bus.pdo_transport()
+    }
+
     fn start(&mut self, now: Duration, request: &SdoRequest<'_>) {
         self.bus.start(now, request);
     }
@@ -186,6 +190,10 @@ mod tests {
     struct Loop;
 
     impl SdoWire for Loop {
+        fn pdo_transport(&self) -> PdoTransport {
+            PdoTransport::Assigned
+        }
+
         fn start(&mut self, _now: Duration, _request: &SdoRequest<'_>) {}
 
         fn poll(&mut self, _now: Duration, _into: &mut Vec<u8>) -> Result<bool, SdoAbort> {

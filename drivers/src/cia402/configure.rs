@@ -1,11 +1,13 @@
 //! Identify, check, configure, read back: all of it over SDO, in PRE-OP, before anything can move.
 
+use super::frames::{self, Direction};
 use super::objects::{self, Object};
 use super::pdo::{self, Entry};
 use super::scale::Scale;
 use super::sdo::Dictionary;
 use super::{CyclicMode, DriveSettings, Identity};
 use crate::device::DeviceError;
+use crate::wire::PdoTransport;
 
 /// Device profile number of CiA 402 in the low word of 1000h.
 const PROFILE_402: i64 = 402;
@@ -68,8 +70,19 @@ pub(super) fn commissioned_current_a(
     Ok(permille as f64 / 1e3 * settings.rated_current_a)
 }
 
-/// Sets the process-data mapping: counts to 0, entries, counts, assignment; each is read back.
+/// Sets the process-data mapping as the wire carries it; each object is read back.
 pub(super) fn map(drive: &mut Dictionary<'_, '_>) -> Result<(), DeviceError> {
+    match drive.wire.pdo_transport() {
+        PdoTransport::Assigned => map_assigned(drive),
+        PdoTransport::Frames => {
+            frames::map(drive, Direction::Receive, &pdo::RX)?;
+            frames::map(drive, Direction::Transmit, &pdo::TX)
+        }
+    }
+}
+
+/// One PDO each way: counts to 0, entries, counts, assignment.
+fn map_assigned(drive: &mut Dictionary<'_, '_>) -> Result<(), DeviceError> {
     let pdos: [(Object, Object, &[Entry]); 2] = [
         (objects::RX_ASSIGNMENT, objects::RX_MAPPING, &pdo::RX),
         (objects::TX_ASSIGNMENT, objects::TX_MAPPING, &pdo::TX),

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use crate::cia402::DriveSettings;
 use crate::cia402::objects::{Access, OBJECTS, Object};
-use crate::wire::{SdoAbort, SdoRequest, SdoWire};
+use crate::wire::{PdoTransport, SdoAbort, SdoRequest, SdoWire};
 
 /// The azimuth drive of the simulated unit.
 pub(super) fn azimuth() -> DriveSettings {
@@ -151,6 +151,10 @@ impl Dictionary {
 }
 
 impl SdoWire for Dictionary {
+    fn pdo_transport(&self) -> PdoTransport {
+        PdoTransport::Assigned
+    }
+
     fn start(&mut self, now: Duration, request: &SdoRequest<'_>) {
         let SdoRequest { station, index, sub, write } = *request;
         let answer = match write {
