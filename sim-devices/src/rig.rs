@@ -7,6 +7,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::Duration;
 
+use crate::canopen::{self, CanOpenLine};
 use crate::director::DirectorBus;
 use crate::ethercat::{ClockError, EtherCatLine, Line, LineSettings};
 use crate::scene::SceneTruth;
@@ -50,6 +51,11 @@ impl SimulatedRig {
     /// 20 ppm fast, so that a MainDevice has something to correct.
     pub fn ethercat_line(&self) -> Box<dyn EtherCatLine> {
         Box::new(Line::new(Rc::clone(&self.bus), &LineSettings { clocks: clocks(), has_terminal: true }))
+    }
+
+    /// CANopen nodes in front of the drives: node 1 azimuth, node 2 elevation.
+    pub fn canopen_line(&self) -> Box<dyn CanOpenLine> {
+        Box::new(canopen::Line::new(Rc::clone(&self.bus)))
     }
 
     /// The line of the inertial unit.

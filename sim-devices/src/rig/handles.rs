@@ -53,7 +53,6 @@ impl<P: Plant> SdoWire for BusHandle<P> {
         PdoTransport::Assigned
     }
 
-
     /// A simulated mailbox answers at once.
     fn start(&mut self, _now: Duration, request: &SdoRequest<'_>) {
         let SdoRequest { station, index, sub, write } = *request;

@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use super::handles::BusHandle;
 use crate::bus::failure;
+use crate::canopen::{self, CanOpenLine};
 use crate::ethercat::{EtherCatLine, Line, LineSettings};
 use crate::faults::Fault;
 use crate::physics::encoder::EncoderFault;
@@ -40,6 +41,11 @@ impl SimulatedTable {
     /// EtherCAT SubDevices in front of the drives: station 1 is the first axis. Their clocks are perfect.
     pub fn ethercat_line(&self) -> Box<dyn EtherCatLine> {
         Box::new(Line::new(Rc::clone(&self.bus), &LineSettings::default()))
+    }
+
+    /// CANopen nodes in front of the drives: node 1 is the first axis.
+    pub fn canopen_line(&self) -> Box<dyn CanOpenLine> {
+        Box::new(canopen::Line::new(Rc::clone(&self.bus)))
     }
 
     /// From now on the encoder of a drive, 0 for station 1, has this fault, or none.
