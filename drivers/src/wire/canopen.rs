@@ -53,6 +53,8 @@ pub struct CanOpenBus {
     sdo: SdoClient,
     /// Bytes of outputs and inputs, once they are mapped.
     mapped: Option<[usize; 2]>,
+    /// No other main device was heard: the nodes are this bus's to command.
+    is_alone: bool,
     /// RPDOs are sent.
     commands: bool,
     heartbeat_due: Option<Duration>,
@@ -66,9 +68,9 @@ pub struct CanOpenBus {
 impl CanOpenBus {
     /// Waits until the interface's time is `now`.
     fn reach(&mut self, now: Duration) {
-        while self.failure.is_none() && self.link.now() < now {
+        while self.link.now() < now {
             if let Err(error) = self.link.wait(now) {
-                self.fail(&error);
+                return self.fail(&error);
             }
             self.listen();
         }
@@ -302,6 +304,8 @@ impl Fieldbus for CanOpenBus {
 impl Drop for CanOpenBus {
     /// Nodes go to pre-operational. A drive that still moves stops by its own watchdog, and by the heartbeat that stays out.
     fn drop(&mut self) {
-        self.request(BusState::PreOp);
+        if self.is_alone {
+            self.request(BusState::PreOp);
+        }
     }
 }

@@ -60,6 +60,7 @@ impl CanOpenBus {
             nodes,
             sdo: SdoClient::new(),
             mapped: None,
+            is_alone: false,
             commands: false,
             heartbeat_due: None,
             failure: None,
@@ -77,7 +78,10 @@ impl CanOpenBus {
     fn boot(&mut self) -> Result<(), DeviceError> {
         self.reach(self.link.now() + LISTEN);
         self.check()?;
+        self.is_alone = true;
         for k in 0..self.nodes.len() {
+            // Who was switched on just now has told so already; the boot-up after this command counts.
+            self.nodes[k].has_booted = false;
             self.command(k, NmtCommand::ResetCommunication)?;
         }
         let limit = self.link.now() + BOOT_LIMIT;

@@ -122,7 +122,12 @@ impl SdoClient {
         };
         match next {
             Ok(Some(request)) => Some(request),
-            Ok(None) => self.end(Ok(())),
+            Ok(None) => {
+                if matches!(self.step, Step::Download | Step::DownloadSegment { .. }) {
+                    self.data.clear();
+                }
+                self.end(Ok(()))
+            }
             Err(abort) => {
                 self.end(Err(abort));
                 Some(self.frame(0x80, abort.0.to_le_bytes()))
