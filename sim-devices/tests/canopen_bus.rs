@@ -137,7 +137,7 @@ fn a_cycle_that_is_too_short_for_its_frames_is_refused() {
     let settings = CanOpenSettings::usual("bus 0", 1e-3, &[1, 2]);
     let error = Bench::open(Box::new(link), clock, settings).err().expect("1.4 ms of frames").to_string();
     assert!(
-        error.contains("setting cycle_s is 0.001; the process data of 2 nodes need a cycle of at least 0.00"),
+        error.contains("setting cycle_s is 0.001; the process data of 2 nodes need a cycle of at least 0.001639 s at 1000000 bit/s"),
         "{error}"
     );
     let (link, clock) = simulated();

@@ -6,7 +6,8 @@ use std::time::Duration;
 
 use drivers::device::DeviceError;
 use drivers::wire::{
-    AnalogPort, BusState, Exchange, Fieldbus, Notice, PdoTransport, ProcessImage, SdoAbort, SdoRequest, SdoWire, Slot,
+    AnalogPort, BusState, Exchange, Fieldbus, Notice, PdoTransport, ProcessImage, SdoAbort, SdoRequest,
+    SdoWire, Slot,
 };
 
 /// Counts of ±10 V: 16 bit, signed.

@@ -17,7 +17,7 @@ use sim_devices::canopen::{InProcessCan, NodeFault};
 use sim_devices::rig::{AxesTruth, SeedAddress, SimulatedRig, StartState};
 use sim_devices::unit::UnitSettings;
 
-/// Two drives with their six PDOs each fill 73 % of such a cycle at 1 Mbit/s.
+/// Two drives with their six PDOs each fill 74 % of such a cycle at 1 Mbit/s.
 pub(crate) const TICK: Duration = Duration::from_millis(2);
 
 pub(crate) type Clock = Box<dyn Fn() -> Duration>;

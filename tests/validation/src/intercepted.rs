@@ -3,7 +3,9 @@
 use std::time::Duration;
 
 use drivers::device::DeviceError;
-use drivers::wire::{BusState, Exchange, Fieldbus, PdoTransport, ProcessImage, SdoAbort, SdoRequest, SdoWire, Slot};
+use drivers::wire::{
+    BusState, Exchange, Fieldbus, PdoTransport, ProcessImage, SdoAbort, SdoRequest, SdoWire, Slot,
+};
 
 /// What stands between the host and a bus. It passes every call on to the bus unless it does otherwise.
 pub trait Interceptor {
