@@ -22,6 +22,11 @@ fn clock() -> Clock {
     Box::new(move || start.elapsed())
 }
 
+/// Heartbeats that survive the stalls of a guest kernel on a busy computer: a node is lost after 0.9 s.
+fn patient() -> CanOpenSettings {
+    CanOpenSettings { heartbeat_s: 0.3, ..settings() }
+}
+
 /// A virtual CAN interface with simulated nodes on it.
 struct Network {
     name: &'static str,
@@ -72,7 +77,7 @@ impl Network {
         let shared = std::rc::Rc::new(start);
         let other = std::rc::Rc::clone(&shared);
         let link = SocketCan::open(self.name, Box::new(move || other())).expect("the interface is up");
-        Bench::open(Box::new(link), Box::new(move || shared()), settings()).expect("two nodes answer")
+        Bench::open(Box::new(link), Box::new(move || shared()), patient()).expect("two nodes answer")
     }
 
     fn inject(&self, fault: NodeFault) {
@@ -245,13 +250,13 @@ fn a_heartbeat_that_stays_out_costs_the_node() {
     bench.enter_op();
     network.inject(NodeFault::HeartbeatStopped { node: 1, is_stopped: true });
     let begun = bench.now;
-    while bench.bus.state() == BusState::Op && bench.now - begun < Duration::from_secs(1) {
+    while bench.bus.state() == BusState::Op && bench.now - begun < Duration::from_secs(3) {
         bench.tick(PowerTarget::Disabled, 0.0);
     }
     let silent = bench.now - begun;
-    assert!(silent.as_millis() < 250, "{silent:?}");
+    assert!((550..1500).contains(&silent.as_millis()), "{silent:?}");
     let notices = bench.notices();
-    assert!(notices.iter().any(|notice| notice.starts_with("1: no heartbeat for 0.1")), "{notices:?}");
+    assert!(notices.iter().any(|notice| notice.starts_with("1: no heartbeat for ")), "{notices:?}");
     network.inject(NodeFault::HeartbeatStopped { node: 1, is_stopped: false });
     bench.bus.request(BusState::Op);
     for _ in 0..50 {
