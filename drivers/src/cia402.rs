@@ -4,6 +4,7 @@ mod change;
 mod configure;
 mod error_code;
 mod frame;
+pub(crate) mod frames;
 mod heat_sink;
 pub mod objects;
 pub mod pdo;
@@ -21,6 +22,7 @@ pub use self::change::DriveLimits;
 pub use self::configure::{check_cycle, is_drive};
 pub use self::error_code::error_code_meaning;
 pub use self::power::{PowerRules, PowerSequence, PowerState, PowerTarget};
+pub(crate) use self::sdo::Dictionary;
 pub use self::sdo::{Waiting, abort_meaning};
 
 use self::change::Change;
@@ -28,7 +30,6 @@ use self::frame::{InputPlaces, Inputs, OutputPlaces, Outputs};
 use self::heat_sink::SdoHeatSink;
 use self::profile::{DriveProfile, ReadBy};
 use self::scale::Scale;
-use self::sdo::Dictionary;
 use crate::device::{Channel, DeviceError, Width};
 use crate::wire::{SdoWire, Slot};
 

@@ -6,6 +6,8 @@ use std::time::Duration;
 use crate::device::DeviceError;
 
 mod analog;
+pub mod can;
+pub mod canopen;
 mod datagram;
 mod digital;
 pub mod ethercat;
@@ -21,6 +23,8 @@ mod packet_socket;
 mod tap;
 
 pub use analog::AnalogPort;
+use can::CanErrorFrame;
+use canopen::NmtState;
 pub use datagram::DatagramPort;
 pub use digital::DigitalPort;
 pub use ethernet::{EthernetLink, MAX_FRAME_BYTES, StoredFrame, Way};
@@ -87,10 +91,20 @@ pub struct SdoRequest<'a> {
     pub write: Option<&'a [u8]>,
 }
 
+/// How a wire carries process data objects (PDOs), which decides how a station's mapping is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PdoTransport {
+    /// One PDO each way holds all objects of a station; the lists 1C12h and 1C13h assign it (EtherCAT).
+    Assigned,
+    /// Up to four PDOs each way, each of them a CAN frame of at most 8 bytes that 1400h... and 1800h... switch on (CANopen). In
+    /// the process image the PDOs of a station follow each other without gaps.
+    Frames,
+}
+
 /// Something that a station said by itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Notice {
-    /// Station.
+    /// Station; 0 is the bench's own end of the bus.
     pub station: u16,
     /// What it said.
     pub news: News,
@@ -111,6 +125,18 @@ pub enum News {
         /// AL status code.
         code: u16,
     },
+    /// It left the state "operational" of a CANopen network, or began anew.
+    NmtState {
+        /// The state that it says it is in.
+        state: NmtState,
+    },
+    /// Its heartbeat stays out.
+    HeartbeatLost {
+        /// How long it has been silent.
+        silent: Duration,
+    },
+    /// The CAN controller of the bench reports an error.
+    CanError(CanErrorFrame),
 }
 
 impl News {
@@ -126,6 +152,11 @@ impl News {
                 let meaning = ethercat::al_status_meaning(code);
                 format!("left or refused a state of the bus: AL status code {code:04X}h, {meaning}")
             }
+            Self::NmtState { state } => {
+                format!("left the state operational by itself: it is {}", state.name())
+            }
+            Self::HeartbeatLost { silent } => format!("no heartbeat for {:.3} s", silent.as_secs_f64()),
+            Self::CanError(error) => error.text(),
         }
     }
 }
@@ -133,6 +164,9 @@ impl News {
 /// Acyclic access to the object dictionaries on a bus. One transfer is under way at a time; it is begun and then asked for,
 /// so that no transfer holds up a cycle.
 pub trait SdoWire {
+    /// How the wire carries process data objects.
+    fn pdo_transport(&self) -> PdoTransport;
+
     /// Begins a transfer. One that was under way is forgotten.
     fn start(&mut self, now: Duration, request: &SdoRequest<'_>);
 

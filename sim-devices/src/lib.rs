@@ -6,6 +6,7 @@ mod analog_card;
 pub mod analyser;
 pub mod atmosphere;
 mod bus;
+pub mod canopen;
 pub mod cia402;
 mod director;
 pub mod ethercat;

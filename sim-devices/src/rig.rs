@@ -7,6 +7,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::Duration;
 
+use crate::canopen::{self, CanOpenLine};
 use crate::director::DirectorBus;
 use crate::ethercat::{ClockError, EtherCatLine, Line, LineSettings, Terminals};
 use crate::scene::SceneTruth;
@@ -69,6 +70,11 @@ impl SimulatedRig {
     /// The digital terminal at the emergency stop chain, without a bus in front of it.
     pub fn digital_card(&self) -> Box<dyn DigitalPort> {
         Box::new(DigitalCard(Rc::clone(&self.bus)))
+    }
+
+    /// CANopen nodes in front of the drives: node 1 azimuth, node 2 elevation.
+    pub fn canopen_line(&self) -> Box<dyn CanOpenLine> {
+        Box::new(canopen::Line::new(Rc::clone(&self.bus)))
     }
 
     /// The line of the inertial unit.

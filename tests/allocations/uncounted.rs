@@ -6,7 +6,7 @@ use allocation_counter::opt_out;
 use bench::rig::wires::{Ports, Wires};
 use drivers::device::DeviceError;
 use drivers::wire::{AnalogPort, BusState, ByteLine, DatagramPort, Exchange, Fieldbus, ProcessImage};
-use drivers::wire::{SdoAbort, SdoRequest, SdoWire, Slot};
+use drivers::wire::{PdoTransport, SdoAbort, SdoRequest, SdoWire, Slot};
 use sim_devices::rig::SimulatedRig;
 
 /// Anything whose allocations are not counted.
@@ -34,6 +34,10 @@ fn uncounted<T>(call: impl FnOnce() -> T) -> T {
 }
 
 impl SdoWire for Uncounted<dyn Fieldbus> {
+    fn pdo_transport(&self) -> PdoTransport {
+        self.0.pdo_transport()
+    }
+
     fn start(&mut self, now: Duration, request: &SdoRequest<'_>) {
         uncounted(|| self.0.start(now, request));
     }

@@ -7,8 +7,8 @@ use std::time::Duration;
 use drivers::device::DeviceError;
 use drivers::wire::ethercat::terminal::{AnalogTerminal, DigitalTerminal, TerminalChannel};
 use drivers::wire::{
-    AnalogPort, BusState, DigitalPort, Exchange, Fieldbus, Notice, ProcessImage, SdoAbort, SdoRequest,
-    SdoWire, Slot,
+    AnalogPort, BusState, DigitalPort, Exchange, Fieldbus, Notice, PdoTransport, ProcessImage, SdoAbort,
+    SdoRequest, SdoWire, Slot,
 };
 
 /// Volts of one step of a channel: ±10 V in 16 bit, signed.
@@ -121,6 +121,10 @@ impl<B: Fieldbus> WithTerminals<B> {
 }
 
 impl<B: Fieldbus> SdoWire for WithTerminals<B> {
+    fn pdo_transport(&self) -> PdoTransport {
+        self.bus.pdo_transport()
+    }
+
     fn start(&mut self, now: Duration, request: &SdoRequest<'_>) {
         self.bus.start(now, request);
     }
@@ -209,6 +213,10 @@ mod tests {
     }
 
     impl SdoWire for Loop {
+        fn pdo_transport(&self) -> PdoTransport {
+            PdoTransport::Assigned
+        }
+
         fn start(&mut self, _now: Duration, _request: &SdoRequest<'_>) {}
 
         fn poll(&mut self, _now: Duration, _into: &mut Vec<u8>) -> Result<bool, SdoAbort> {

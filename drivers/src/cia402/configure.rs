@@ -1,5 +1,6 @@
 //! Identify, check, configure, read back: all of it over SDO, in PRE-OP, before anything can move.
 
+use super::frames::{self, Direction};
 use super::objects::{self, Access, DataType, Object};
 use super::pdo::{Entry, Layout};
 use super::profile::{DriveProfile, ProcessData, StartUp, TorqueScale};
@@ -7,7 +8,7 @@ use super::scale::Scale;
 use super::sdo::{Dictionary, Waiting};
 use super::{CyclicMode, DriveSettings, Identity};
 use crate::device::DeviceError;
-use crate::wire::SdoWire;
+use crate::wire::{PdoTransport, SdoWire};
 
 /// Device profile number of CiA 402 in the low word of 1000h.
 const PROFILE_402: i64 = 402;
@@ -140,9 +141,24 @@ pub(super) fn map(
     process_data: &ProcessData,
     [assignment, mapping]: [Object; 2],
 ) -> Result<Layout, DeviceError> {
-    match process_data {
-        ProcessData::Mapped(entries) => write_mapping(drive, entries, assignment, mapping),
-        ProcessData::Assigned(pdos) => assign(drive, pdos, assignment),
+    match (process_data, drive.wire.pdo_transport()) {
+        (ProcessData::Mapped(entries), PdoTransport::Assigned) => {
+            write_mapping(drive, entries, assignment, mapping)
+        }
+        (ProcessData::Assigned(pdos), PdoTransport::Assigned) => assign(drive, pdos, assignment),
+        (ProcessData::Mapped(entries), PdoTransport::Frames) => {
+            let is_received = mapping == objects::RX_MAPPING;
+            let direction = if is_received { Direction::Receive } else { Direction::Transmit };
+            frames::map(drive, direction, entries)?;
+            let mut layout = Layout::default();
+            entries.iter().for_each(|entry| layout.push(*entry));
+            Ok(layout)
+        }
+        (ProcessData::Assigned(_), PdoTransport::Frames) => {
+            let expected = "entries that can be mapped into PDOs of 8 bytes".to_owned();
+            let help = "choose a profile with a mapping for a drive on CAN";
+            Err(drive.mismatch(mapping, expected, "PDOs with fixed mappings".to_owned(), help))
+        }
     }
 }
 

@@ -35,6 +35,11 @@ impl Entry {
         Self { index: (word >> 16) as u16, sub: (word >> 8) as u8, bits: word as u8 }
     }
 
+    /// Width in bytes.
+    pub(super) fn bytes(self) -> usize {
+        usize::from(self.bits).div_ceil(8)
+    }
+
     fn is_padding(self) -> bool {
         self.index == 0
     }

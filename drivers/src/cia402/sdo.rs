@@ -51,16 +51,16 @@ impl Transfer {
 }
 
 /// One drive's dictionary, reached over a wire.
-pub(super) struct Dictionary<'a, 'w> {
-    pub(super) wire: &'a mut dyn SdoWire,
-    pub(super) waiting: &'a mut Waiting<'w>,
-    pub(super) device: &'a str,
-    pub(super) station: u16,
+pub(crate) struct Dictionary<'a, 'w> {
+    pub(crate) wire: &'a mut dyn SdoWire,
+    pub(crate) waiting: &'a mut Waiting<'w>,
+    pub(crate) device: &'a str,
+    pub(crate) station: u16,
 }
 
 impl Dictionary<'_, '_> {
     /// Reads a number of exactly the object's width.
-    pub(super) fn read(&mut self, object: Object) -> Result<i64, DeviceError> {
+    pub(crate) fn read(&mut self, object: Object) -> Result<i64, DeviceError> {
         let bytes = self.upload(object)?;
         number(object.data_type, &bytes).ok_or_else(|| {
             let expected = match object.data_type.bytes() {
@@ -78,7 +78,7 @@ impl Dictionary<'_, '_> {
     }
 
     /// Reads a number that does not fit into more than 32 unsigned bits.
-    pub(super) fn read_u32(&mut self, object: Object) -> Result<u32, DeviceError> {
+    pub(crate) fn read_u32(&mut self, object: Object) -> Result<u32, DeviceError> {
         let value = self.read(object)?;
         u32::try_from(value).map_err(|_| {
             let help = "check drive type and firmware";
@@ -101,7 +101,7 @@ impl Dictionary<'_, '_> {
     }
 
     /// Writes a number and reads it back.
-    pub(super) fn write_checked(&mut self, object: Object, value: i64) -> Result<(), DeviceError> {
+    pub(crate) fn write_checked(&mut self, object: Object, value: i64) -> Result<(), DeviceError> {
         self.write(object, value)?;
         self.expect(
             object,
@@ -125,7 +125,7 @@ impl Dictionary<'_, '_> {
     }
 
     /// The error for an object that is not what it must be.
-    pub(super) fn mismatch(
+    pub(crate) fn mismatch(
         &self,
         object: Object,
         expected: String,

@@ -1,5 +1,5 @@
 mod change;
-mod dictionary;
+pub(super) mod dictionary;
 mod open;
 mod types;
 

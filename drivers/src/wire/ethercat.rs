@@ -50,8 +50,8 @@ use self::group::Group;
 use self::mailbox::Mailboxes;
 use self::pump::{Pump, Stopped};
 use super::{
-    BusState, Exchange, Fieldbus, MAX_FRAME_BYTES, News, Notice, ProcessImage, SdoAbort, SdoRequest, SdoWire,
-    Slot,
+    BusState, Exchange, Fieldbus, MAX_FRAME_BYTES, News, Notice, PdoTransport, ProcessImage, SdoAbort,
+    SdoRequest, SdoWire, Slot,
 };
 use crate::device::DeviceError;
 
@@ -180,6 +180,10 @@ enum Failure {
 }
 
 impl SdoWire for EtherCatBus {
+    fn pdo_transport(&self) -> PdoTransport {
+        PdoTransport::Assigned
+    }
+
     fn start(&mut self, now: Duration, request: &SdoRequest<'_>) {
         // A failed interface shows in the transfer: it times out.
         let _ = self.pump.reach(now);

@@ -18,7 +18,7 @@ use std::time::Duration;
 
 use ethercat::{AlState, DomainIdx, Error, Master, MasterAccess, SlaveId, SlavePos, WcState};
 
-use super::{BusState, Exchange, Fieldbus, ProcessImage, SdoAbort, SdoRequest, SdoWire, Slot};
+use super::{BusState, Exchange, Fieldbus, PdoTransport, ProcessImage, SdoAbort, SdoRequest, SdoWire, Slot};
 use crate::device::DeviceError;
 use mapping::{Mapping, Target};
 use worker::Worker;
@@ -154,6 +154,10 @@ impl IghBus {
 }
 
 impl SdoWire for IghBus {
+    fn pdo_transport(&self) -> PdoTransport {
+        PdoTransport::Assigned
+    }
+
     fn start(&mut self, _now: Duration, request: &SdoRequest<'_>) {
         let found = self.stations.iter().find(|station| station.number == request.station);
         self.worker.start_transfer(found.map(|station| station.position), request);

@@ -35,6 +35,15 @@ impl Drive {
         self.schedule();
     }
 
+    /// Its control electronics begin anew: no torque, no fault; the settings stay.
+    pub(crate) fn restart(&mut self) {
+        self.deferred.clear();
+        self.enter(State::SwitchOnDisabled);
+        self.dictionary.put(super::at::ERROR_CODE, 0);
+        self.last_controlword = 0;
+        self.schedule();
+    }
+
     /// From now on the power stage gives this current while it is on, A.
     pub(crate) fn stick(&mut self, current_a: f64) {
         self.stuck_current_a = Some(current_a);

@@ -8,7 +8,7 @@ use drivers::device::DeviceError;
 use drivers::wire::{
     AnalogPort, BusState, ByteLine, DatagramPort, DigitalPort, Exchange, Fieldbus, ProcessImage,
 };
-use drivers::wire::{SdoAbort, SdoRequest, SdoWire, Slot};
+use drivers::wire::{PdoTransport, SdoAbort, SdoRequest, SdoWire, Slot};
 
 use crate::analog_card::{ECHO_OUTPUT, FORCE_INPUT};
 use crate::bus::{self, Plant, VirtualBus};
@@ -54,6 +54,10 @@ pub(super) struct TrackerHandle {
 }
 
 impl<P: Plant> SdoWire for BusHandle<P> {
+    fn pdo_transport(&self) -> PdoTransport {
+        PdoTransport::Assigned
+    }
+
     /// A simulated mailbox answers at once.
     fn start(&mut self, _now: Duration, request: &SdoRequest<'_>) {
         let SdoRequest { station, index, sub, write } = *request;

@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use super::handles::{BusHandle, DigitalCard};
 use crate::bus::failure;
+use crate::canopen::{self, CanOpenLine};
 use crate::ethercat::{EtherCatLine, Line, LineSettings, Terminals};
 use crate::faults::Fault;
 use crate::physics::encoder::EncoderFault;
@@ -52,6 +53,11 @@ impl SimulatedTable {
     /// The digital terminal at the emergency stop chain, without a bus in front of it.
     pub fn digital_card(&self) -> Box<dyn DigitalPort> {
         Box::new(DigitalCard(Rc::clone(&self.bus)))
+    }
+
+    /// CANopen nodes in front of the drives: node 1 is the first axis.
+    pub fn canopen_line(&self) -> Box<dyn CanOpenLine> {
+        Box::new(canopen::Line::new(Rc::clone(&self.bus)))
     }
 
     /// From now on the encoder of a drive, 0 for station 1, has this fault, or none.

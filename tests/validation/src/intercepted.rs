@@ -3,7 +3,9 @@
 use std::time::Duration;
 
 use drivers::device::DeviceError;
-use drivers::wire::{BusState, Exchange, Fieldbus, ProcessImage, SdoAbort, SdoRequest, SdoWire, Slot};
+use drivers::wire::{
+    BusState, Exchange, Fieldbus, PdoTransport, ProcessImage, SdoAbort, SdoRequest, SdoWire, Slot,
+};
 
 /// What stands between the host and a bus. It passes every call on to the bus unless it does otherwise.
 pub trait Interceptor {
@@ -46,6 +48,10 @@ impl<I: Interceptor + 'static> Intercepted<I> {
 }
 
 impl<I: Interceptor> SdoWire for Intercepted<I> {
+    fn pdo_transport(&self) -> PdoTransport {
+        self.bus.pdo_transport()
+    }
+
     fn start(&mut self, now: Duration, request: &SdoRequest<'_>) {
         self.by.start(&mut *self.bus, now, request);
     }

@@ -8,7 +8,7 @@ use crate::cia402::DriveSettings;
 use crate::cia402::objects::{self, Access, DataType, OBJECTS, Object};
 use crate::cia402::pdo::Entry;
 use crate::cia402::profile::*;
-use crate::wire::{SdoAbort, SdoRequest, SdoWire};
+use crate::wire::{PdoTransport, SdoAbort, SdoRequest, SdoWire};
 
 /// Objects of the maker of this drive.
 pub(super) const VENDOR_OBJECTS: [Object; 2] = [
@@ -33,7 +33,7 @@ pub(super) const VENDOR_OBJECTS: [Object; 2] = [
 ];
 
 /// A type of drive with a mapping that can be written, a watchdog of its own and a temperature among its inputs.
-pub(super) fn profile() -> DriveProfile {
+pub(in crate::cia402) fn profile() -> DriveProfile {
     let entry = |object| Entry::of(object).expect("a number");
     let place = |index| ObjectPlace { index, sub: 0 };
     let heat_sink = Entry { index: 0x22A3, sub: 0, bits: 16 };
@@ -228,6 +228,10 @@ impl Dictionary {
 }
 
 impl SdoWire for Dictionary {
+    fn pdo_transport(&self) -> PdoTransport {
+        PdoTransport::Assigned
+    }
+
     fn start(&mut self, now: Duration, request: &SdoRequest<'_>) {
         let SdoRequest { station, index, sub, write } = *request;
         let answer = match write {
