@@ -246,14 +246,21 @@ fn run_in<'scope, 'env, 'a: 'scope>(
     shared.end_session();
     let Shared { page, journal, slots, must_look, .. } = shared;
     if let Err(source) = begun {
-        // Nothing has moved: the rig is given back as it was.
-        held.release();
-        journal.into_inner().unwrap_or_else(PoisonError::into_inner).close(exit::BENCH).map_err(unwritten)?;
-        return Err(RunError::Threads { source });
+        return Err(not_begun(source, held, journal).unwrap_or_else(unwritten));
     }
     let mut result = result(setup, page, held, (journal, slots, must_look), lost);
     kept::look_again(setup, &mut result);
     Ok(result)
+}
+
+/// No worker could be started and nothing has moved: the rig is given back as it was. Gives the error of the run.
+///
+/// # Errors
+/// When the journal cannot be closed.
+fn not_begun(source: std::io::Error, held: Held, journal: Mutex<Journal>) -> std::io::Result<RunError> {
+    held.release();
+    journal.into_inner().unwrap_or_else(PoisonError::into_inner).close(exit::BENCH)?;
+    Ok(RunError::Threads { source })
 }
 
 /// What the workers leave behind.

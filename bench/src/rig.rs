@@ -2,15 +2,13 @@
 
 use std::time::Duration;
 
-use controllers::DirectorGains;
-use drivers::cia402::{Actuals, Cia402, CyclicMode, DriveCommand, Identity, PowerState, PowerTarget};
+use drivers::cia402::{Actuals, Cia402, CyclicMode, DriveCommand, PowerState, PowerTarget};
 use drivers::device::DeviceError;
 use drivers::wire::{BusState, Fieldbus, Notice, ProcessImage};
 use procedures::case::Case;
 
-use crate::clock::Clock;
 use crate::model::axis::{RigAxis, VelocityFeedback};
-use crate::model::rig::{Gimbal, Rig};
+use crate::model::rig::Gimbal;
 use crate::rig::feedback::RateFeedback;
 use crate::rig::tracking::{Asked, Closed, Seen, Tracking};
 
@@ -33,141 +31,20 @@ pub mod wires;
 
 pub use believed::Believed;
 use believed::Reckoning;
-use devices::{Devices, converse};
+use devices::Devices;
 use emergency_stop::EmergencyStop;
 use instruments::{Instruments, Tasks};
-use opening::open_drives;
+pub use opening::OpenRig;
 use pace::Pace;
 use phase::Phase;
 pub use point_settings::PointSettings;
-use wires::{Ports, Wires};
+use wires::Ports;
 
 /// Age in periods of a gyro sample beyond which the loop falls back on the encoder (safety.md: ten periods).
 const FEEDBACK_AGE_TICKS: u32 = 10;
 
 /// Time of the first tick is a multiple of this.
 const OPENING: Duration = Duration::from_millis(100);
-
-/// A rig whose devices were identified, configured and read back. Nothing can move yet.
-pub struct OpenRig {
-    bus: Box<dyn Fieldbus>,
-    drives: Vec<Cia402>,
-    axes: Vec<RigAxis>,
-    identities: Vec<Identity>,
-    /// Decelerations of the rig file.
-    stated_rad_per_s2: Vec<f64>,
-    emergency_stop: Option<EmergencyStop>,
-    ports: Ports,
-    devices: Devices,
-    instruments: Instruments,
-    feedback: RateFeedback,
-    tracking: Tracking,
-    /// When the dialogues with the devices were over.
-    opened_at: Duration,
-    pace: Pace,
-}
-
-impl OpenRig {
-    /// Opens every device of the rig on these wires; dialogues take time, and that passes on `clock`.
-    ///
-    /// # Errors
-    /// The first device that is missing, does not answer, refuses an object or reads back something else.
-    pub fn open(wires: Wires, rig: &Rig, gains: &DirectorGains, clock: &Clock) -> Result<Self, DeviceError> {
-        let Wires { mut bus, mut ports } = wires;
-        let mut now = clock.wait_until(Duration::ZERO);
-        let opened = open_drives(&mut *bus, rig, clock, &mut now)?;
-        let closed = devices::closed(rig);
-        let (devices, mut now) = Devices::open(closed.devices, &mut ports, clock, now)?;
-        let mut instruments = Instruments::closed(closed.instruments);
-        converse(clock, &mut now, "instruments", |at| instruments.identify(&mut ports, at))?;
-        Ok(Self {
-            bus,
-            drives: opened.drives,
-            axes: opened.axes,
-            identities: opened.identities,
-            stated_rad_per_s2: rig.axes.iter().map(|a| a.guard.stop.deceleration_rad_per_s2).collect(),
-            emergency_stop: EmergencyStop::of(rig, &mut ports)?,
-            ports,
-            devices,
-            instruments,
-            feedback: RateFeedback::new(gains, 1.0 / rig.loop_rate_hz),
-            tracking: Tracking::new(rig, gains),
-            opened_at: now,
-            pace: Pace::new(rig),
-        })
-    }
-
-    /// Who the drives said they are, in axis order.
-    pub fn identities(&self) -> &[Identity] {
-        &self.identities
-    }
-
-    /// Devices that are polled in the tick.
-    pub fn devices(&self) -> &Devices {
-        &self.devices
-    }
-
-    /// Instruments on the bench.
-    pub fn instruments(&self) -> &Instruments {
-        &self.instruments
-    }
-
-    /// Maps the process data and asks for SAFE-OP: inputs become valid, outputs are still ignored. That takes time on a wire,
-    /// and the ticks begin after it.
-    ///
-    /// # Errors
-    /// When a mapping is invalid or a drive has no slot.
-    pub fn arm(mut self, clock: &Clock) -> Result<ArmedRig, DeviceError> {
-        let (image, slots) = self.bus.map()?;
-        for drive in &mut self.drives {
-            let station = drive.settings().station;
-            let slot = slots.iter().find(|(s, _)| *s == station).map(|(_, slot)| slot.clone());
-            let slot = slot.ok_or_else(|| DeviceError::Bus {
-                device: drive.settings().name.clone(),
-                reason: format!("station {station} has no slot in the process image"),
-            })?;
-            drive.attach(slot);
-        }
-        if let Some(stop) = self.emergency_stop {
-            stop.check(&mut self.ports, clock.now())?;
-        }
-        self.bus.request(BusState::SafeOp);
-        self.opened_at = self.opened_at.max(clock.now());
-        let axes = self.drives.len();
-        let phase = Phase::of(clock, &self.axes);
-        let mut armed = ArmedRig {
-            stated_rad_per_s2: self.stated_rad_per_s2,
-            wanted: None,
-            reads_heat_sink: None,
-            emergency_stop: self.emergency_stop,
-            bus: self.bus,
-            drives: self.drives,
-            gimbal: Gimbal::of(&self.axes),
-            axes: self.axes,
-            ports: self.ports,
-            devices: self.devices,
-            instruments: self.instruments,
-            feedback: self.feedback,
-            tracking: self.tracking,
-            opened_at: self.opened_at,
-            ready: self.opened_at,
-            pace: self.pace,
-            image,
-            actuals: vec![Actuals::default(); axes],
-            age_ticks: vec![u32::MAX; axes],
-            reckoned: vec![Reckoning::default(); axes],
-            distrusts_gyro: false,
-            link_is_full: false,
-            controlwords: vec![0; axes],
-            working_counter: 0,
-            bad_in_row: 0,
-            recent_bad: 0,
-            phase,
-        };
-        armed.begin_ticks_after(armed.opened_at);
-        Ok(armed)
-    }
-}
 
 /// A rig that can be commanded, one exchange a tick.
 pub struct ArmedRig {
@@ -228,7 +105,7 @@ impl ArmedRig {
     }
 
     /// Sends the commands of the tick before and takes what was sampled at `now`. A bad exchange keeps the last
-    /// sample, lets it age and is counted; the interlocks decide.
+    /// sample of whoever is not known to have taken part, lets it age and is counted; the interlocks decide.
     pub fn exchange(&mut self, now: Duration) {
         self.pace.tick(now);
         let answer = self.bus.exchange(now, &mut self.image);
@@ -240,7 +117,8 @@ impl ArmedRig {
         self.recent_bad = (self.recent_bad << 1) | u128::from(!good);
         self.bad_in_row = if good { 0 } else { self.bad_in_row + 1 };
         for axis in 0..self.drives.len() {
-            if good {
+            // A station that stays out must not hide where the other axes are while they are being stopped.
+            if good || self.bus.took_part(self.drives[axis].settings().station) {
                 self.actuals[axis] = self.drives[axis].decode(&self.image.inputs);
                 self.age_ticks[axis] = 0;
             } else {

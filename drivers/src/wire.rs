@@ -197,6 +197,12 @@ pub trait Fieldbus: SdoWire {
     /// The lowest state of all stations.
     fn state(&self) -> BusState;
 
+    /// Whether a station took part in the last exchange, although not all did: its inputs are those of that exchange. What is known
+    /// of no single station is false.
+    fn took_part(&self, _station: u16) -> bool {
+        false
+    }
+
     /// No station holds anything: whoever drops the bus may take the stations out of operation altogether. Holds until the bus is
     /// asked for another state.
     fn let_go(&mut self) {}

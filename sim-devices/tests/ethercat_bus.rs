@@ -250,8 +250,31 @@ fn a_missing_station_is_told_by_working_counter_and_count() {
     bench.link.inject(LineFault::Unplugged { device: 1, is_gone: true });
     let exchange = bench.exchange();
     assert_eq!((exchange.working_counter, exchange.expected), (3, 9));
+    assert_eq!([1, 2, 3].map(|station| bench.bus.took_part(station)), [true, false, false]);
     let error = bench.bus.recover().expect_err("one station is left").to_string();
     assert!(error.starts_with("bus 0 (wire): stations: expected 1 "), "{error}");
+}
+
+#[test]
+fn a_station_that_stays_out_does_not_hide_the_others() {
+    let mut bench = Bench::new();
+    bench.enter_op();
+    bench.exchange();
+    assert_eq!([1, 2, 3].map(|station| bench.bus.took_part(station)), [true; 3]);
+    bench.link.inject(LineFault::Unplugged { device: 2, is_gone: true });
+    let exchange = bench.exchange();
+    assert_eq!((exchange.working_counter, exchange.expected), (6, 9));
+    assert_eq!([1, 2, 3].map(|station| bench.bus.took_part(station)), [true, true, false]);
+    bench.link.inject(LineFault::WorkingCounter { frames: 1, by: -1 });
+    bench.exchange();
+    assert_eq!(
+        [1, 2, 3].map(|station| bench.bus.took_part(station)),
+        [false; 3],
+        "whose count it is, nobody knows"
+    );
+    bench.link.inject(LineFault::Drop { frames: 2 });
+    bench.exchange();
+    assert_eq!([1, 2, 3].map(|station| bench.bus.took_part(station)), [false; 3]);
 }
 
 #[test]

@@ -158,6 +158,12 @@ fn three_bad_exchanges_in_a_row_trip_in_the_tick_of_the_third() {
 }
 
 #[test]
+fn a_terminal_that_stays_out_trips_and_the_axes_are_seen_to_stand() {
+    let ran = after(LineFault::Unplugged { device: 2, is_gone: true });
+    trips(&ran, "bus", "the terminal is gone");
+}
+
+#[test]
 fn five_bad_exchanges_among_a_hundred_trip() {
     let faults = (0..5).map(|k| (AT + Duration::from_millis(4 * k), LineFault::Drop { frames: 2 })).collect();
     trips(&with(faults), "bus", "frames lost every 16 ticks");

@@ -170,6 +170,10 @@ impl<B: Fieldbus> Fieldbus for WithTerminals<B> {
         self.bus.state()
     }
 
+    fn took_part(&self, station: u16) -> bool {
+        self.bus.took_part(station)
+    }
+
     fn let_go(&mut self) {
         self.bus.let_go();
     }

@@ -46,7 +46,7 @@ pub use station::StationInfo;
 
 use self::al::{AlState, Supervisor};
 use self::coe::Place;
-use self::group::Group;
+use self::group::{Cycle, Group, MOST_STATIONS};
 use self::mailbox::Mailboxes;
 use self::pump::{Pump, Stopped};
 use super::{
@@ -88,6 +88,24 @@ struct Mapped {
     working_counter: u16,
 }
 
+impl Mapped {
+    /// Which stations took part in an exchange: those that answered for their state, if the working counter is the sum of theirs.
+    fn who_took_part(&self, cycle: &Cycle) -> [bool; MOST_STATIONS] {
+        let mut took_part = [false; MOST_STATIONS];
+        let mut counter = 0;
+        for ((slot, &state), took_part) in self.slots.iter().zip(&cycle.states).zip(&mut took_part) {
+            *took_part = AlState::of(state) >= AlState::SafeOp;
+            counter += if *took_part { counted(slot) } else { 0 };
+        }
+        if counter == cycle.working_counter { took_part } else { [false; MOST_STATIONS] }
+    }
+}
+
+/// What a station with this slot adds to the working counter: 1 for its inputs, 2 for its outputs.
+fn counted(slot: &Slot) -> u16 {
+    u16::from(!slot.inputs.is_empty()) + 2 * u16::from(!slot.outputs.is_empty())
+}
+
 /// An EtherCAT bus.
 pub struct EtherCatBus {
     name: String,
@@ -102,6 +120,8 @@ pub struct EtherCatBus {
     al_errors: Vec<AlError>,
     clock: Option<DcStatus>,
     last_exchange: Option<Duration>,
+    /// Which stations are known to have taken part in the last exchange.
+    took_part: [bool; MOST_STATIONS],
     answer: Box<[u8; MAX_FRAME_BYTES]>,
     is_closed: bool,
     /// No station holds anything: they may be taken down to INIT when the bus is left.
@@ -234,6 +254,11 @@ impl Fieldbus for EtherCatBus {
 
     fn state(&self) -> BusState {
         self.supervisor.lowest().into()
+    }
+
+    fn took_part(&self, station: u16) -> bool {
+        let place = self.stations.iter().position(|info| info.station == station);
+        place.is_some_and(|place| self.took_part[place])
     }
 
     fn let_go(&mut self) {

@@ -115,7 +115,7 @@ impl EtherCatBus {
 
     /// Lays the process data out in our image: outputs and inputs in station order.
     fn lay_out(&self, group: &Stage<PreOpPdi, NoDc>) -> Result<Mapped, DeviceError> {
-        let (mut outputs_end, mut inputs_end, mut working_counter) = (0, 0, 0);
+        let (mut outputs_end, mut inputs_end) = (0, 0);
         let mut slots = Vec::new();
         for station in group.iter(&self.main) {
             let (outputs, inputs) = (station.outputs_raw().len(), station.inputs_raw().len());
@@ -125,7 +125,6 @@ impl EtherCatBus {
             });
             outputs_end += outputs;
             inputs_end += inputs;
-            working_counter += u16::from(inputs > 0) + 2 * u16::from(outputs > 0);
         }
         let most = capacity(slots.len());
         let found = outputs_end + inputs_end;
@@ -138,6 +137,7 @@ impl EtherCatBus {
                 help: "check the mappings of the stations (1C12h, 1C13h)",
             });
         }
+        let working_counter = slots.iter().map(super::counted).sum();
         Ok(Mapped { slots, output_bytes: outputs_end, input_bytes: inputs_end, working_counter })
     }
 

@@ -33,10 +33,12 @@ impl EtherCatBus {
         let at = self.pump.link.now();
         let expected = self.check_image(image)?;
         self.last_exchange = Some(at);
+        self.took_part.fill(false);
         let cycle = self.pass_both(at, image)?;
         let Some(cycle) = cycle else { return Ok(Exchange { working_counter: 0, expected }) };
         if let Some(mapped) = &self.mapped {
             self.group.take_inputs(&self.main, &mapped.slots, image);
+            self.took_part = mapped.who_took_part(&cycle);
         }
         for (k, &state) in cycle.states.iter().take(self.stations.len()).enumerate() {
             self.supervisor.seen(k, state);

@@ -71,6 +71,7 @@ impl EtherCatBus {
             al_errors: Vec::with_capacity(super::MOST_AL_ERRORS),
             clock: None,
             last_exchange: None,
+            took_part: [false; MOST_STATIONS],
             answer: Box::new([0; MAX_FRAME_BYTES]),
             is_closed: false,
             is_free: false,
