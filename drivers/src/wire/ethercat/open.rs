@@ -50,7 +50,7 @@ impl EtherCatBus {
         let iterations =
             settings.distributed_clocks.as_ref().map_or(0, |clocks| clocks.static_sync_iterations);
         let timeouts = Timeouts {
-            eeprom: Duration::from_millis(100),
+            eeprom: Duration::from_millis(500),
             wait_loop_delay: Duration::from_micros(500),
             ..Timeouts::default()
         };
