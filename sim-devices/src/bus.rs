@@ -175,6 +175,9 @@ impl<P: Plant> VirtualBus<P> {
         for station in self.stations.as_mut() {
             if state != BusState::Op || station.drive.bus_state() < BusState::SafeOp {
                 station.drive.set_bus_state(reached);
+                if reached < BusState::SafeOp {
+                    station.drive.leave_safe_op();
+                }
             }
         }
         if reached == BusState::SafeOp {

@@ -134,11 +134,16 @@ impl Drive {
         if left && self.state.has_torque() {
             self.lose_connection();
         }
-        if state < BusState::SafeOp && self.state.has_torque() {
-            // Nothing supervises a drive below SAFE-OP: its power stage is off there.
-            self.enter(State::SwitchOnDisabled);
-        }
         self.schedule();
+    }
+
+    /// Its end of an EtherCAT wire has left SAFE-OP downwards: nothing supervises the drive there, and its power stage is off
+    /// (ETG.6010).
+    pub(crate) fn leave_safe_op(&mut self) {
+        if self.state.has_torque() {
+            self.enter(State::SwitchOnDisabled);
+            self.schedule();
+        }
     }
 
     /// The process-data watchdog counts from `step`: its end of the bus has entered OP, and outputs come with the next SYNC0.

