@@ -83,8 +83,13 @@ impl Ours {
         connect(interface, &shared)?;
         let link = MeasuredLink { interface: interface.to_owned(), shared: Rc::clone(&shared) };
         let usual = EtherCatSettings::usual("EtherCAT", cycle.as_secs_f64());
-        let settings =
-            EtherCatSettings { reply_timeout_s: REPLY_LIMIT.as_secs_f64(), watchdog_s: WATCHDOG_S, ..usual };
+        let settings = EtherCatSettings {
+            reply_timeout_s: REPLY_LIMIT.as_secs_f64(),
+            watchdog_s: WATCHDOG_S,
+            // The other side has left the stations in SAFE-OP; their outputs were 0 all the time.
+            may_let_go: true,
+            ..usual
+        };
         let mut bus = EtherCatBus::open(Box::new(link), settings).map_err(|error| error.to_string())?;
         let (image, _) = bus.map().map_err(|error| error.to_string())?;
         bus.request(BusState::Op);
