@@ -16,6 +16,7 @@ pub use crate::rig::identities::BusGrounds;
 use crate::site::unit::Unit;
 
 pub mod interface;
+pub(crate) mod lines;
 pub mod order;
 mod paced;
 mod simulated;
