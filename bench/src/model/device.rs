@@ -48,30 +48,6 @@ impl DeviceEntry {
         })
     }
 
-    /// Name under which a simulated director in this process has the line or the datagram port of such a device; `None` where
-    /// it has none.
-    fn simulated_port(&self) -> Option<&'static str> {
-        match self.role? {
-            DeviceRole::InertialUnit => Some("sim:imu"),
-            DeviceRole::Mirror => Some("sim:mirror"),
-            DeviceRole::ImpedanceAnalyser => Some("sim:analyser"),
-            DeviceRole::Oscilloscope => Some("sim:scope"),
-            DeviceRole::CoarseTracker => Some("sim:coarse"),
-            DeviceRole::FineTracker => Some("sim:fine"),
-            _ => None,
-        }
-    }
-
-    /// Moves its lines and datagram ports into this process, as far as a simulated director has them.
-    pub(super) fn rehearse(&mut self) {
-        let Some(simulated) = self.simulated_port() else { return };
-        for address in self.ports.values_mut() {
-            if matches!(Address::parse(address), Ok(Address::Line(_))) {
-                simulated.clone_into(address);
-            }
-        }
-    }
-
     /// Address of one of its ports.
     ///
     /// # Panics

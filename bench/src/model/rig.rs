@@ -169,7 +169,6 @@ impl Rig {
             axis.limits.torque_quantum_nm = axis.drive.torque_quantum_nm();
             axis.guard.watches_heat_sink = profile.heat_sink.is_some();
         }
-        rehearsed.devices.iter_mut().for_each(DeviceEntry::rehearse);
         rehearsed
     }
 
