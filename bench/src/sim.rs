@@ -3,6 +3,7 @@
 //! Whoever runs the rig speaks to it as to hardware. Faults come over a control socket and can be injected nowhere else.
 
 mod control;
+mod lines;
 mod server;
 mod truth;
 
@@ -21,7 +22,8 @@ use crate::site::interface::{self, Kernel};
 use crate::site::unit::Unit;
 use crate::site::{Contact, Purpose, Units, path_for};
 use control::Control;
-use server::Server;
+use lines::ServedLines;
+use server::{Broken, Server};
 use truth::TruthLog;
 
 /// What a simulator serves, and where.
@@ -106,12 +108,16 @@ pub fn serve(
     let units = Units { unit: settings.unit, built: &[] };
     let pose_rad = settings.pose_rad.clone();
     let purpose = Purpose { seed: settings.seed, procedure: "sim", pose_rad, ..Purpose::default() };
-    let far_ends = units.far_ends(settings.rig, &purpose)?;
+    let mut far_ends = units.far_ends(settings.rig, &purpose)?;
+    let lines = ServedLines::open(std::mem::take(&mut far_ends.lines))?;
     let axes: Vec<String> = far_ends.world.truth().into_iter().map(|axis| axis.name).collect();
     let open = |path: &PathBuf| TruthLog::create(path, settings.rig, &axes, settings.seed);
     let truth = settings.log.as_ref().map(open).transpose()?;
     for (device, own) in (1..).zip(far_ends.line.names()) {
         say(&format!("ethercat:{}/{device}  {own}", reached_by(&name)));
+    }
+    for (address, device) in lines.names() {
+        say(&format!("{address}  {device}"));
     }
     say(&format!("control  {}", path.display()));
     let rights = Rights::ask();
@@ -119,8 +125,11 @@ pub fn serve(
     for grant in rights.grants.iter().chain([&given_up]).filter(|grant| !grant.granted) {
         say(&format!("without  {}: {}", grant.what, grant.found));
     }
-    let server = Server::new(link, far_ends, truth);
-    let broken = |source| SimError::Interface { name: name.clone(), source };
+    let server = Server::new(link, far_ends, lines, truth);
+    let broken = |why| match why {
+        Broken::Interface(source) => SimError::Interface { name: name.clone(), source },
+        Broken::Line(error) => SimError::Device(error),
+    };
     let (report, truth) = server.serve(&control, stop).map_err(broken)?;
     let lost_rows = truth.map_or(Ok(0), TruthLog::finish)?;
     Ok(Report { lost_rows, ..report })

@@ -15,7 +15,9 @@ use crate::rig::OpenRig;
 pub use crate::rig::identities::BusGrounds;
 use crate::site::unit::Unit;
 
+mod far_lines;
 pub mod interface;
+pub(crate) mod lines;
 pub mod order;
 mod paced;
 mod simulated;
@@ -27,6 +29,7 @@ mod r#virtual;
 mod wire_faults;
 mod wired;
 
+pub(crate) use far_lines::{FarEnd, FarLine};
 pub use paced::PacedSite;
 pub(crate) use simulated::{FarEnds, Units, check_scenery};
 pub use teller::{path_for, tell};

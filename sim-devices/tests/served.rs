@@ -230,6 +230,10 @@ fn a_pty_is_found_at_the_path_of_its_link_and_a_file_is_left_alone() {
     std::fs::write(&path, "notes").expect("written");
     assert!(LinePump::pty_at(&path, 9600).is_err());
     assert_eq!(std::fs::read_to_string(&path).expect("still there"), "notes");
+    let adapter = folder.join("usb-adapter");
+    std::os::unix::fs::symlink("/dev/ttyUSB0", &adapter).expect("made");
+    let error = LinePump::pty_at(&adapter, 9600).err().expect("refused").to_string();
+    assert!(error.ends_with("exists and is no link to a pty; choose another path"), "{error}");
     std::fs::remove_dir_all(&folder).expect("removed");
 }
 

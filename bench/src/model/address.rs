@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use drivers::wire::lines::{LINE_SORTS, LineAddress};
+
 /// Where a device is connected.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Address {
@@ -17,10 +19,9 @@ pub enum Address {
         /// Alias of the SubDevice, or its place on the wire, from 1.
         station: u16,
     },
+    /// A serial port, a TCP connection or a UDP port, `tcp:192.168.1.20:5025`.
+    Line(LineAddress),
 }
-
-/// Sorts of connections, as addresses begin with them.
-pub const CONNECTIONS: &[&str] = &["sim", "ethercat"];
 
 /// Longest name of a network interface (IFNAMSIZ less its NUL).
 const LONGEST_INTERFACE: usize = 15;
@@ -35,7 +36,11 @@ impl Address {
         match sort {
             "sim" if !rest.is_empty() => Ok(Self::Simulated { name: rest.to_owned() }),
             "ethercat" => ethercat(rest),
-            _ => Err(format!("write type and name, e.g. `sim:imu`; types are {}", CONNECTIONS.join(", "))),
+            sort if LINE_SORTS.contains(&sort) => LineAddress::parse(text).map(Self::Line),
+            _ => {
+                let lines = LINE_SORTS.join(", ");
+                Err(format!("write type and name, e.g. `sim:imu`; types are sim, ethercat, {lines}"))
+            }
         }
     }
 }
@@ -62,6 +67,7 @@ impl fmt::Display for Address {
         match self {
             Self::Simulated { name } => write!(f, "sim:{name}"),
             Self::EtherCat { interface, station } => write!(f, "ethercat:{interface}/{station}"),
+            Self::Line(line) => line.fmt(f),
         }
     }
 }
@@ -72,7 +78,15 @@ mod tests {
 
     #[test]
     fn an_address_is_a_connection_and_a_place_on_it() {
-        for text in ["sim:imu", "ethercat:enp3s0/1001", "ethercat:ecm/1"] {
+        let all = [
+            "sim:imu",
+            "ethercat:enp3s0/1001",
+            "ethercat:ecm/1",
+            "serial:/dev/ttyUSB0?baud=4147200",
+            "tcp:192.168.1.20:5025",
+            "udp:192.168.1.21:6000?bind=192.168.1.2:6001",
+        ];
+        for text in all {
             assert_eq!(Address::parse(text).map(|address| address.to_string()), Ok(text.to_owned()));
         }
     }
@@ -93,6 +107,9 @@ mod tests {
             "ethercat:a b/1",
             "ethercat:0123456789abcdef/1",
             "can:can0/5",
+            "serial:ttyUSB0",
+            "tcp:5025",
+            "udp:192.168.1.21:6000",
         ];
         for text in wrong {
             let error = Address::parse(text).expect_err(text);

@@ -2,7 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use drivers::wire::lines::LineAddress;
 use procedures::device::DeviceRole;
+
+use super::address::Address;
 
 /// A setting of a device, SI units.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,6 +40,14 @@ const READ: &str = "the reader of rig files leaves no key of the driver's out th
                     gives each the shape of its field";
 
 impl DeviceEntry {
+    /// Addresses of its ports that are serial ports, TCP connections or UDP ports.
+    pub fn lines(&self) -> impl Iterator<Item = LineAddress> {
+        self.ports.values().filter_map(|text| match Address::parse(text) {
+            Ok(Address::Line(line)) => Some(line),
+            _ => None,
+        })
+    }
+
     /// Address of one of its ports.
     ///
     /// # Panics

@@ -1,6 +1,7 @@
 //! The host's ends of all wires of a rig: the bus of its drives, and the ports that devices hang on.
 
 use drivers::device::DeviceError;
+use drivers::wire::lines::Lines;
 use drivers::wire::{AnalogPort, ByteLine, DatagramPort, DigitalPort, Fieldbus};
 
 /// All wires.
@@ -18,9 +19,17 @@ pub struct Ports {
     cards: Vec<(String, Box<dyn AnalogPort>)>,
     sockets: Vec<(String, Box<dyn DatagramPort>)>,
     emergency_stop: Option<Box<dyn DigitalPort>>,
+    /// What moves the bytes of serial ports and sockets. Dropped last: what was written still goes out.
+    _mover: Option<Lines>,
 }
 
 impl Ports {
+    /// With what moves the bytes of serial ports and sockets among the ports.
+    #[must_use]
+    pub fn with_mover(self, lines: Lines) -> Self {
+        Self { _mover: Some(lines), ..self }
+    }
+
     /// With a byte line more.
     #[must_use]
     pub fn with_line(mut self, name: &str, line: Box<dyn ByteLine>) -> Self {

@@ -5,18 +5,20 @@ use std::io;
 use std::sync::atomic::AtomicU16;
 use std::time::Duration;
 
+use drivers::device::DeviceError;
 use drivers::wire::{EthernetLink, MAX_FRAME_BYTES};
 use sim_devices::ethercat::LineFault;
 use sim_devices::rig::Fault;
 
 use super::Report;
 use super::control::{Asked, Control};
+use super::lines::ServedLines;
 use super::truth::{self, TruthLog};
 use crate::people::signals;
 use crate::site::FarEnds;
 use crate::site::order::{Answer, Order};
 
-/// Longest wait for a frame: watchdogs must act and orders be taken without any.
+/// Longest wait for a frame: watchdogs must act, orders be taken and bytes be moved without any.
 const LONGEST_WAIT: Duration = Duration::from_micros(500);
 /// Answers that wait to be sent late.
 const MOST_ANSWERS: usize = 4096;
@@ -27,10 +29,32 @@ struct Late {
     frame: Vec<u8>,
 }
 
-/// A simulator that is served over an interface.
+/// Why a server ended by itself.
+#[derive(Debug)]
+pub(super) enum Broken {
+    /// Its interface is gone.
+    Interface(io::Error),
+    /// A simulated device on a line is gone.
+    Line(DeviceError),
+}
+
+impl From<io::Error> for Broken {
+    fn from(error: io::Error) -> Self {
+        Self::Interface(error)
+    }
+}
+
+impl From<DeviceError> for Broken {
+    fn from(error: DeviceError) -> Self {
+        Self::Line(error)
+    }
+}
+
+/// A simulator that is served over an interface, its serial lines and sockets beside it.
 pub(super) struct Server<L: EthernetLink> {
     link: L,
     far_ends: FarEnds,
+    lines: ServedLines,
     late: VecDeque<Late>,
     truth: Option<TruthLog>,
     next_row: Duration,
@@ -39,20 +63,21 @@ pub(super) struct Server<L: EthernetLink> {
 
 impl<L: EthernetLink> Server<L> {
     /// A server of these far ends.
-    pub(super) fn new(link: L, far_ends: FarEnds, truth: Option<TruthLog>) -> Self {
+    pub(super) fn new(link: L, far_ends: FarEnds, lines: ServedLines, truth: Option<TruthLog>) -> Self {
         let next_row = link.now();
-        Self { link, far_ends, late: VecDeque::new(), truth, next_row, report: Report::default() }
+        let report = Report::default();
+        Self { link, far_ends, lines, late: VecDeque::new(), truth, next_row, report }
     }
 
     /// Serves until an order or a signal ends it.
     ///
     /// # Errors
-    /// When the interface is gone.
+    /// When the interface or a simulated device is gone.
     pub(super) fn serve(
         mut self,
         control: &Control,
         stop: &AtomicU16,
-    ) -> io::Result<(Report, Option<TruthLog>)> {
+    ) -> Result<(Report, Option<TruthLog>), Broken> {
         let mut frame = [0; MAX_FRAME_BYTES];
         loop {
             let now = self.link.now();
@@ -64,6 +89,7 @@ impl<L: EthernetLink> Server<L> {
             let now = self.link.now();
             self.send_late(now);
             self.far_ends.line.advance(now);
+            self.lines.pump(now)?;
             self.keep_truth(now);
             while let Some(asked) = control.next() {
                 if self.obey(asked, now) {

@@ -52,12 +52,17 @@ impl Kernel {
     }
 
     /// Names of all interfaces, in order.
-    fn names(&self) -> Vec<String> {
+    pub(super) fn names(&self) -> Vec<String> {
         let entries = fs::read_dir(self.root.join("sys/class/net")).into_iter().flatten().flatten();
         let mut names: Vec<String> =
             entries.filter_map(|entry| entry.file_name().into_string().ok()).collect();
         names.sort();
         names
+    }
+
+    /// Whether a character device of these numbers, such as a serial port, has a physical device behind it.
+    pub(super) fn has_device(&self, major: u32, minor: u32) -> bool {
+        self.root.join(format!("sys/dev/char/{major}:{minor}/device")).exists()
     }
 
     /// What an interface is.

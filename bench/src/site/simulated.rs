@@ -12,6 +12,7 @@ use sim_devices::rig::{
 use sim_devices::unit::{TableSettings, UnitSettings};
 use sim_devices::world::AXIS_NAMES;
 
+use super::far_lines::{FarEnd, FarLine, far_lines};
 use super::unit_for_case::world_axis;
 use super::wired::card_address;
 use super::{Contact, Purpose, Surroundings, sim_unit_for_case};
@@ -82,7 +83,7 @@ impl Units<'_> {
         if let Some(sync0) = Sync0::of(rig) {
             simulated.follow_sync0(sync0.cycle, sync0.shift);
         }
-        let wires = with_terminals(wires(&simulated), rig, &simulated);
+        let wires = with_addresses(wires(&simulated), rig, &simulated)?;
         let settings = settings.as_ref().clone();
         let rig = rig.clone();
         let surroundings = Box::new(AroundDirector { simulated, settings, rig, names, address });
@@ -94,6 +95,8 @@ impl Units<'_> {
 pub(crate) struct FarEnds {
     /// SubDevices of its EtherCAT wire.
     pub(crate) line: Box<dyn EtherCatLine>,
+    /// Serial lines and sockets of its devices.
+    pub(crate) lines: Vec<FarLine>,
     /// What is behind them.
     pub(crate) world: Box<dyn FarWorld>,
 }
@@ -137,8 +140,8 @@ impl Units<'_> {
             World::Table(settings) => {
                 check_names(settings, rig)?;
                 let simulated = SimulatedTable::new(settings, &address, &purpose.pose_rad);
-                let line = simulated.ethercat_line(terminals);
-                return Ok(FarEnds { line, world: Box::new(AroundTable { simulated }) });
+                let (line, lines) = (simulated.ethercat_line(terminals), far_lines(rig, None)?);
+                return Ok(FarEnds { line, lines, world: Box::new(AroundTable { simulated }) });
             }
             World::Director(settings) => settings,
         };
@@ -146,9 +149,10 @@ impl Units<'_> {
         let start = start_state(&names, purpose, settings.az.ambient_degc);
         let simulated = SimulatedRig::at_rate(settings, &address, start, rig.loop_rate_hz);
         make_drives(rig, &simulated);
-        let line = simulated.ethercat_line(terminals);
+        let (line, lines) = (simulated.ethercat_line(terminals), far_lines(rig, Some(&simulated))?);
         let (settings, rig) = (settings.as_ref().clone(), rig.clone());
-        Ok(FarEnds { line, world: Box::new(AroundDirector { simulated, settings, rig, names, address }) })
+        let world = Box::new(AroundDirector { simulated, settings, rig, names, address });
+        Ok(FarEnds { line, lines, world })
     }
 }
 
@@ -285,16 +289,26 @@ fn start_state(names: &[Option<String>; 2], purpose: &Purpose<'_>, heat_sink_deg
     StartState { az_rad, el_rad, heat_sink_degc }
 }
 
-/// The wires of a rig that names terminals on a bus, rehearsed in this process: each is the analog card, and the one at the
-/// emergency stop the digital one.
-fn with_terminals(mut wires: Wires, rig: &Rig, simulated: &SimulatedRig) -> Wires {
+/// The wires of a rig that names terminals on a bus and lines of the operating system, rehearsed in this process: each terminal is
+/// the analog card, the one at the emergency stop the digital one, and each line that of the simulated device of its role.
+///
+/// # Errors
+/// A device on a line that a simulated director lacks.
+fn with_addresses(mut wires: Wires, rig: &Rig, simulated: &SimulatedRig) -> Result<Wires, DeviceError> {
     for own in rig.stations_beside_drives().iter().filter(|own| own.is_card) {
         wires.ports = wires.ports.with_card(&card_address(rig, own.station), simulated.analog_card());
     }
-    match rig.emergency_stop_input {
-        Some(_) => Wires { ports: wires.ports.with_emergency_stop(simulated.digital_card()), ..wires },
-        None => wires,
+    for FarLine { address, end, .. } in far_lines(rig, Some(simulated))? {
+        let address = address.to_string();
+        wires.ports = match end {
+            FarEnd::Line(line) => wires.ports.with_line(&address, line),
+            FarEnd::Port(socket) => wires.ports.with_socket(&address, socket),
+        };
     }
+    if rig.emergency_stop_input.is_some() {
+        wires.ports = wires.ports.with_emergency_stop(simulated.digital_card());
+    }
+    Ok(wires)
 }
 
 /// What is around a simulated director.

@@ -14,6 +14,7 @@ use drivers::wire::{EthernetLink, Fieldbus, PacketSocket, Tap};
 use procedures::case::Case;
 
 use super::interface::{self, Interface, Kernel};
+use super::lines;
 use super::order::Order;
 use super::terminal::{Images, TerminalCard, TerminalImage, WithTerminals};
 use super::{BusGrounds, Contact, Opened, Purpose, Site, Surroundings, WireFaults, path_for, tell};
@@ -23,6 +24,7 @@ use crate::model::axis::RigAxis;
 use crate::model::rig::Rig;
 use crate::record::tap::WireTap;
 use crate::rig::OpenRig;
+use crate::rig::identities::LineGrounds;
 use crate::rig::wires::{Ports, Wires};
 
 /// How long an interface must be silent before this program sends the first frame.
@@ -92,13 +94,16 @@ impl Site for WiredSite<'_> {
         let interface = checked(name)?;
         let clock = Clock::real();
         let settings = self.settings(rig, &interface)?;
-        let bus = EtherCatBus::open(self.link(name, &clock)?, settings)?;
         let (ports, images) = terminals(rig);
+        // A line that is missing is told before any drive is spoken to.
+        let (ports, line_grounds) = lines::open(rig, ports, &clock)?;
+        let bus = EtherCatBus::open(self.link(name, &clock)?, settings)?;
         let bus: Box<dyn Fieldbus> = Box::new(WithTerminals::new(bus, images));
         let bus_name = bus.name().to_owned();
         let rig = OpenRig::open(Wires { bus, ports }, rig, gains, &clock)?;
         let surroundings = Box::new(AroundWires { control: interface.peer.clone() });
-        Ok(Opened { bus: bus_name, grounds: self.grounds(&interface), rig, clock, surroundings })
+        let grounds = self.grounds(&interface, line_grounds);
+        Ok(Opened { bus: bus_name, grounds, rig, clock, surroundings })
     }
 
     fn wire_faults(&self) -> Option<&WireFaults> {
@@ -125,8 +130,8 @@ impl WiredSite<'_> {
         Ok(EtherCatSettings { watchdog_s, distributed_clocks, stations: expected(rig), may_let_go, ..usual })
     }
 
-    /// What the interface says about whether there is hardware behind it.
-    fn grounds(&self, interface: &Interface) -> BusGrounds {
+    /// What interface and lines say about whether there is hardware behind them.
+    fn grounds(&self, interface: &Interface, lines: Vec<LineGrounds>) -> BusGrounds {
         let name = &interface.name;
         let text = match (interface.is_physical, interface.is_pair) {
             (true, _) => format!("interface {name} has a physical device"),
@@ -134,7 +139,7 @@ impl WiredSite<'_> {
             (false, false) => format!("interface {name} is virtual"),
         };
         let is_disturbed = self.on_wire.faults.is_some();
-        BusGrounds { is_physical: interface.is_physical, is_disturbed, text }
+        BusGrounds { is_physical: interface.is_physical, is_disturbed, text, lines }
     }
 }
 

@@ -15,6 +15,8 @@ use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 
 use super::pace::Paced;
 
+/// Folder of the ptys of a computer.
+const PTYS: &str = "/dev/pts";
 /// Bytes that are moved at once.
 const PIECE_BYTES: usize = 4096;
 
@@ -76,15 +78,17 @@ impl LinePump {
         Ok(Self { far: Far::Pty(far), address, link: None, to_host, to_device, counts })
     }
 
-    /// Serves a serial line on a new pty that can be reached at a path of one's choice. A link that is there is replaced.
+    /// Serves a serial line on a new pty that can be reached at a path of one's choice. A link to a pty that was left there is
+    /// replaced.
     ///
     /// # Errors
-    /// As [`LinePump::pty`]; when something that is no link is there, or no link can be made.
+    /// As [`LinePump::pty`]; when something else is there, such as the link by which a serial adapter is found, or no link can be
+    /// made.
     pub fn pty_at(path: &Path, baud: u32) -> io::Result<Self> {
         let mut pump = Self::pty(baud)?;
         match fs::symlink_metadata(path) {
-            Ok(found) if !found.file_type().is_symlink() => {
-                let why = format!("{} exists and is no link; choose another path", path.display());
+            Ok(_) if !fs::read_link(path).is_ok_and(|to| to.starts_with(PTYS)) => {
+                let why = format!("{} exists and is no link to a pty; choose another path", path.display());
                 return Err(io::Error::new(ErrorKind::AlreadyExists, why));
             }
             Ok(_) => fs::remove_file(path)?,

@@ -144,6 +144,27 @@ impl Connections {
         t.mistake_at(place.clone(), message, Some(help.to_owned()));
     }
 
+    /// What is wrong with the address of a device, and what to do.
+    fn misplaced(&self, is_wired: bool, address: &Address) -> Option<(&'static str, &'static str)> {
+        let fits = match address {
+            Address::EtherCat { interface, .. } => Some(interface) == self.interface.as_ref(),
+            Address::Simulated { .. } => !is_wired,
+            Address::Line(_) => is_wired,
+        };
+        let told = match address {
+            Address::Line(_) => (
+                "outside this process",
+                "choose tier `wired` or `hardware`, or write the name of its simulated end, e.g. `sim:imu`",
+            ),
+            _ => (
+                "not on the wire of the drives",
+                "devices of a rig in one process are at `sim:`, those of a wired rig on the interface of its drives or at \
+                 `serial:`, `tcp:` or `udp:`",
+            ),
+        };
+        (!fits).then_some(told)
+    }
+
     /// The interface of the wire, `None` for a rig in this process; devices must be connected in the same way.
     pub(super) fn interface(
         mut self,
@@ -168,18 +189,10 @@ impl Connections {
                     self.mistake(t, "device", message, help);
                     continue;
                 }
-                let fits = match address {
-                    Ok(Address::EtherCat { interface, .. }) => Some(&interface) == self.interface.as_ref(),
-                    Ok(Address::Simulated { .. }) => !is_wired,
-                    Err(_) => true,
-                };
-                if !fits {
-                    let message = format!(
-                        "`{}`: its port `{key}` is at `{text}`, not on the wire of the drives",
-                        entry.name
-                    );
-                    let help = "devices of a rig in one process are at `sim:`, those of a wired rig on the interface of \
-                                its drives";
+                if let Some((what, help)) =
+                    address.ok().and_then(|address| self.misplaced(is_wired, &address))
+                {
+                    let message = format!("`{}`: its port `{key}` is at `{text}`, {what}", entry.name);
                     self.mistake(t, "device", message, help);
                 }
             }
@@ -284,6 +297,79 @@ mod tests {
         let names: Vec<(u16, Vec<String>)> = beside.into_iter().map(|own| (own.station, own.names)).collect();
         let devices = ["reference", "supply", "force"].map(str::to_owned).to_vec();
         assert_eq!(names, [(3, devices)]);
+    }
+
+    /// An inertial unit at this address, and a bit rate.
+    fn imu(address: &str, baud: u32) -> String {
+        format!(
+            "\n[[device]]\nname = \"imu\"\ndriver = \"kvh-1775\"\nports = {{ line = \"{address}\" }}\nbaud = {baud}\n"
+        )
+    }
+
+    /// An instrument at this address.
+    fn instrument(name: &str, driver: &str, address: &str) -> String {
+        format!(
+            "\n[[device]]\nname = \"{name}\"\ndriver = \"{driver}\"\nports = {{ line = \"{address}\" }}\n"
+        )
+    }
+
+    /// A tracker at this address.
+    fn tracker(address: &str) -> String {
+        format!(
+            "\n[[device]]\nname = \"fine\"\ndriver = \"fine-tracker\"\nports = {{ socket = \"{address}\" }}\n\
+             ifov-x = \"2 urad\"\nifov-y = \"2 urad\"\nmessage-delay = \"7.5 ms\"\n\
+             message-delay-uncertainty = \"0.2 ms\"\n"
+        )
+    }
+
+    #[test]
+    fn devices_of_a_wired_rig_have_lines() {
+        let lines = imu("serial:/dev/ttyUSB0?baud=4147200", 4_147_200)
+            + &instrument("analyser", "e4990a", "tcp:192.168.1.20:5025")
+            + &tracker("udp:[::1]:6000?bind=[::1]:06001");
+        assert_eq!(said_with(&lines), "");
+        let text = shipped::find(Folder::Rigs, "wired", None).expect("a shipped rig").text + &lines;
+        let rig = read_rig(SourceFile::new("rig.toml", text)).expect("it parses");
+        let ports = |rig: &crate::model::rig::Rig| {
+            let all = rig.devices.iter().flat_map(|entry| entry.ports.values().cloned());
+            all.filter(|text| !text.starts_with("ethercat:")).collect::<Vec<_>>()
+        };
+        let own =
+            ["serial:/dev/ttyUSB0?baud=4147200", "tcp:192.168.1.20:5025", "udp:[::1]:6000?bind=[::1]:6001"];
+        assert_eq!(ports(&rig), own);
+    }
+
+    #[test]
+    fn a_line_is_of_the_sort_that_its_driver_speaks() {
+        let wrong = imu("ethercat:ecm/4", 9600)
+            + &instrument("analyser", "e4990a", "udp:127.0.0.1:6000?bind=127.0.0.1:6001")
+            + &instrument("scope", "infiniivision", "tcp:5025")
+            + &tracker("tcp:192.168.1.20:5025");
+        insta::assert_snapshot!(said_with(&wrong));
+        insta::assert_snapshot!(said(&[(
+            "card = \"ethercat:ecm/3\"",
+            "card = \"serial:/dev/ttyUSB0?baud=9600\""
+        )]));
+    }
+
+    #[test]
+    fn the_inertial_unit_and_its_line_have_one_bit_rate() {
+        insta::assert_snapshot!(said_with(&imu("serial:/dev/ttyUSB0?baud=921600", 4_147_200)));
+    }
+
+    #[test]
+    fn two_devices_do_not_share_a_line() {
+        let twice = imu("serial:/dev/ttyUSB0?baud=921600", 921_600)
+            + &instrument("analyser", "e4990a", "serial:/dev/ttyUSB0?baud=9600");
+        insta::assert_snapshot!(said_with(&twice));
+    }
+
+    #[test]
+    fn a_tier_in_process_has_no_lines_and_a_wired_one_no_simulated_ends() {
+        insta::assert_snapshot!(said_with(&imu("sim:imu", 4_147_200)));
+        let text = shipped::find(Folder::Rigs, "sim", None).expect("a shipped rig").text;
+        let text = text.replacen("sim:scope", "tcp:192.168.1.20:5025", 1);
+        insta::assert_snapshot!(told(&read_rig(SourceFile::new("rig.toml", text)).err().unwrap_or_default()));
     }
 
     #[test]

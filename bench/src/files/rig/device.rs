@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use drivers::wire::lines::LineAddress;
 use procedures::table::{Field, Shape, TableReader, suggestion};
 
 use crate::model::address::Address;
@@ -21,8 +22,9 @@ pub const DEVICE_FIELDS: &[Field] = &[
     Field::required(
         "ports",
         Shape::Map(&Shape::Text),
-        "Where it is connected, `{ line = \"sim:imu\" }`: type of the connection and address. Several \
-         devices may share a card.",
+        "Where it is connected, `{ line = \"sim:imu\" }`: type of the connection and address. On tiers `wired` and \
+         `hardware` a line is `serial:PATH?baud=RATE` or `tcp:HOST:PORT`, a socket `udp:HOST:PORT?bind=ADDRESS:PORT`, a card \
+         `ethercat:INTERFACE/STATION`. Several devices may share a card.",
     ),
 ];
 
@@ -73,20 +75,13 @@ fn read_ports(t: &mut TableReader<'_>, driver: &Driver) -> BTreeMap<String, Stri
     let mut ports = BTreeMap::new();
     let mut named_wrongly = Vec::new();
     for (key, address, span) in given {
-        let known = driver.ports.iter().map(|port| port.key);
-        if !known.clone().any(|port| port == key) {
+        let Some(port) = driver.ports.iter().find(|port| port.key == key) else {
             let message = format!("driver `{}` has no port `{key}`", driver.name);
+            let known = driver.ports.iter().map(|port| port.key);
             t.mistake_at(span, message, Some(suggestion(&key, known)));
             continue;
-        }
-        let sort = driver.ports.iter().find(|port| port.key == key).map(|port| port.sort);
-        let read = match Address::parse(&address) {
-            Ok(Address::EtherCat { .. }) if sort != Some(PortSort::Card) => {
-                Err("only an analog card can be a terminal on EtherCAT: write e.g. `sim:imu`".to_owned())
-            }
-            read => read,
         };
-        match read {
+        match Address::parse(&address).and_then(|read| check_sort(read, port.sort)) {
             // One text for one place: `ecm/03` is `ecm/3`.
             Ok(read) => {
                 ports.insert(key, read.to_string());
@@ -107,8 +102,30 @@ fn read_ports(t: &mut TableReader<'_>, driver: &Driver) -> BTreeMap<String, Stri
     ports
 }
 
-/// What is wrong among the devices of a rig: names, roles and channels that two of them have.
+/// Refuses an address at which there can be no port of this sort.
+///
+/// # Errors
+/// How an address for such a port is written.
+fn check_sort(address: Address, sort: PortSort) -> Result<Address, String> {
+    let help = match (&address, sort) {
+        (Address::Simulated { .. }, _)
+        | (Address::EtherCat { .. }, PortSort::Card)
+        | (Address::Line(LineAddress::Serial { .. } | LineAddress::Tcp { .. }), PortSort::Line)
+        | (Address::Line(LineAddress::Udp { .. }), PortSort::Socket) => return Ok(address),
+        (_, PortSort::Card) => "an analog card is a terminal on EtherCAT: write e.g. `ethercat:enp3s0/3`",
+        (_, PortSort::Line) => {
+            "this port is a line of bytes: write e.g. `serial:/dev/ttyUSB0?baud=921600` or `tcp:192.168.1.20:5025`"
+        }
+        (_, PortSort::Socket) => {
+            "datagrams arrive over UDP: write e.g. `udp:192.168.1.21:6000?bind=192.168.1.2:6001`"
+        }
+    };
+    Err(help.to_owned())
+}
+
+/// What is wrong among the devices of a rig: names, roles, lines and channels that two of them have.
 pub(super) fn clashes(t: &mut TableReader<'_>, devices: &[Placed]) {
+    check_lines(t, devices);
     for (index, Placed { entry, place }) in devices.iter().enumerate() {
         for Placed { entry: earlier, .. } in &devices[..index] {
             if earlier.name == entry.name {
@@ -134,6 +151,30 @@ pub(super) fn clashes(t: &mut TableReader<'_>, devices: &[Placed]) {
             }
             taken.push((channel, entry, key));
         }
+    }
+}
+
+/// A serial port, a TCP connection or a UDP port belongs to one device.
+fn check_lines(t: &mut TableReader<'_>, devices: &[Placed]) {
+    let mut taken: Vec<(LineAddress, &str)> = Vec::new();
+    for Placed { entry, place } in devices {
+        for line in entry.lines() {
+            if let Some((_, other)) = taken.iter().find(|(earlier, _)| is_one_line(earlier, &line)) {
+                let message = format!("`{other}` and `{}` are at one line: `{line}`", entry.name);
+                let help = "each device has a line of its own: correct one of the addresses".to_owned();
+                t.mistake_at(place.clone(), message, Some(help));
+            }
+            taken.push((line, &entry.name));
+        }
+    }
+}
+
+/// Whether two addresses are one port of this computer, or one of a device.
+fn is_one_line(one: &LineAddress, other: &LineAddress) -> bool {
+    match (one, other) {
+        (LineAddress::Serial { path, .. }, LineAddress::Serial { path: other, .. }) => path == other,
+        (LineAddress::Udp { bind, .. }, LineAddress::Udp { bind: other, .. }) => bind == other,
+        _ => one == other,
     }
 }
 

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use drivers::device::DeviceError;
 use drivers::kvh::{Format, Kvh, KvhSettings, Opening, Synchronisation};
+use drivers::wire::lines::LineAddress;
 use procedures::device::DeviceRole;
 use procedures::quantity::QuantityKind as K;
 use procedures::table::{Field, Shape};
@@ -73,6 +74,15 @@ fn check(entry: &DeviceEntry) -> Vec<Misfit> {
     if !(SLOWEST_BAUD..=i64::from(u32::MAX)).contains(&baud) {
         let message = format!("`baud` must be at least {SLOWEST_BAUD}, found {baud}");
         all.push(Misfit { key: "baud", message, help: None });
+    }
+    let on_line = entry.lines().find_map(|line| match line {
+        LineAddress::Serial { baud, .. } => Some(i64::from(baud)),
+        _ => None,
+    });
+    if let Some(on_line) = on_line.filter(|&on_line| on_line != baud) {
+        let message = format!("`baud` must be the bit rate of the line, {on_line}, found {baud}");
+        let help = "correct `baud`, or the bit rate in the address of the port `line`";
+        all.push(Misfit { key: "baud", message, help: Some(help.to_owned()) });
     }
     let cross_axis_ratio = entry.number("cross-axis-error");
     if !(0.0..=MOST_CROSS_AXIS_RATIO).contains(&cross_axis_ratio) {
