@@ -66,7 +66,7 @@ fn read(t: &mut TableReader<'_>, drives: &mut Drives) -> Option<Rig> {
     let bits = bits(t);
     let whole = cycle_s.zip(missed).map(|(cycle_s, missed)| Loop { cycle_s, missed: missed as f64, bits });
     let mut connections = Connections::new(tier);
-    let axes = axes::read(t, |t, name| {
+    let mut axes = axes::read(t, |t, name| {
         let station = connections.station(t);
         read_axis(t, name, cycle_s, whole, |t, safety| drives.read(t, name, tier, cycle_s, safety, station))
     });
@@ -86,7 +86,6 @@ fn read(t: &mut TableReader<'_>, drives: &mut Drives) -> Option<Rig> {
     device::clashes(t, placed.as_deref().unwrap_or_default());
     let devices = placed.map(|all| all.into_iter().map(|placed| placed.entry).collect::<Vec<_>>());
     let devices = devices.filter(|_| t.mistakes() == before);
-    let mut axes = axes;
     if let (Some(devices), Some(axes)) = (&devices, &mut axes) {
         attach_references(axes, devices);
     }
@@ -101,7 +100,7 @@ fn read(t: &mut TableReader<'_>, drives: &mut Drives) -> Option<Rig> {
         id: id?,
         title: title?,
         tier: tier?,
-        follows_sync0: wires.as_ref()?.is_some(),
+        follows_sync0: wires.as_ref()?.is_some() && axes.as_ref()?.iter().all(has_sync0),
         interface: wires?,
         loop_rate_hz: loop_rate_hz?,
         max_missed_periods: u32::try_from(missed?).ok()?,
@@ -115,6 +114,10 @@ fn read(t: &mut TableReader<'_>, drives: &mut Drives) -> Option<Rig> {
         instruments: instruments?,
         source: SourceFile { name: String::new(), text: String::new() },
     })
+}
+
+fn has_sync0(axis: &RigAxis) -> bool {
+    axis.drive.profile.clock.has_sync0
 }
 
 /// A velocity loop on the gyro needs an inertial unit.
