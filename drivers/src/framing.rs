@@ -5,6 +5,11 @@
 
 use std::time::Duration;
 
+use crate::device::DeviceError;
+use crate::wire::ByteLine;
+
+/// Bytes read from a line at once: room for two frames of most protocols.
+const READ_BYTES: usize = 128;
 /// Bytes that can wait; more than are pushed between two searches.
 const BUFFER_BYTES: usize = 1024;
 /// Longest frame of any protocol here. Two fit, so that a frame behind a false one is whole before bytes are given up.
@@ -12,6 +17,53 @@ pub(crate) const LONGEST_FRAME: usize = BUFFER_BYTES / 2;
 
 /// A serial device is stale when nothing has come for this many periods of its messages (docs/safety.md).
 pub(crate) const STALE_PERIODS: f64 = 10.0;
+
+/// Reads everything that has arrived up to `now` and hands it on, in pieces.
+///
+/// # Errors
+/// When the line is gone; what `take` says.
+pub(crate) fn read_waiting(
+    line: &mut dyn ByteLine,
+    now: Duration,
+    mut take: impl FnMut(&[u8]) -> Result<(), DeviceError>,
+) -> Result<(), DeviceError> {
+    let mut bytes = [0; READ_BYTES];
+    loop {
+        let count = line.read(now, &mut bytes)?.min(READ_BYTES);
+        take(&bytes[..count])?;
+        // A buffer that was not filled means that nothing more is waiting.
+        if count < READ_BYTES {
+            return Ok(());
+        }
+    }
+}
+
+/// When frames came last, and how many, for a device that is polled once per tick.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Freshness {
+    /// Poll that found the newest frame.
+    found_at: Duration,
+    /// Ticks since the newest frame arrived.
+    pub(crate) age_ticks: u16,
+    /// Frames that came with the last poll.
+    pub(crate) new_count: u32,
+}
+
+impl Freshness {
+    /// A poll has found so many frames.
+    pub(crate) fn polled(&mut self, now: Duration, count: u32) {
+        self.new_count = count;
+        self.age_ticks = if count > 0 { 0 } else { self.age_ticks.saturating_add(1) };
+        if count > 0 {
+            self.found_at = now;
+        }
+    }
+
+    /// How long no poll has found a frame.
+    pub(crate) fn silent_s(&self, now: Duration) -> f64 {
+        now.saturating_sub(self.found_at).as_secs_f64()
+    }
+}
 
 /// What a parser threw away.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -110,6 +162,28 @@ impl Arrival {
     pub(crate) fn began(&self, now: Duration, byte_s: f64) -> Duration {
         let wire_s = (self.frame_bytes + self.behind_bytes) as f64 * byte_s;
         now.saturating_sub(Duration::try_from_secs_f64(wire_s).unwrap_or(Duration::MAX))
+    }
+}
+
+/// A line on which these bytes have arrived.
+#[cfg(test)]
+pub(crate) struct WaitingBytes(pub(crate) Vec<u8>);
+
+#[cfg(test)]
+impl ByteLine for WaitingBytes {
+    fn name(&self) -> &str {
+        "line"
+    }
+
+    fn read(&mut self, _: Duration, into: &mut [u8]) -> Result<usize, DeviceError> {
+        let count = into.len().min(self.0.len());
+        into[..count].copy_from_slice(&self.0[..count]);
+        self.0.drain(..count);
+        Ok(count)
+    }
+
+    fn write(&mut self, _: Duration, _: &[u8]) -> Result<(), DeviceError> {
+        Ok(())
     }
 }
 

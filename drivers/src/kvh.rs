@@ -17,7 +17,7 @@ pub use self::parser::{Found, Parser};
 pub use crate::framing::Tally;
 
 use crate::device::{Channel, DeviceError, Width};
-use crate::framing::{Arrival, STALE_PERIODS};
+use crate::framing::{Arrival, Freshness, STALE_PERIODS, read_waiting};
 use crate::wire::ByteLine;
 
 /// The g in which the unit reports specific force, m/s²: standard gravity (CGPM 1901).
@@ -26,9 +26,6 @@ pub const STANDARD_GRAVITY_M_PER_S2: f64 = 9.806_65;
 pub const HEALTHY_STATUS: u8 = 0x77;
 /// Bits of the status byte: gyro X, Y, Z, accelerometer X, Y, Z.
 const STATUS_BITS: [u8; 6] = [0, 1, 2, 4, 5, 6];
-/// Bytes read from the line at once: room for three frames of any format.
-const READ_BYTES: usize = 128;
-
 /// Bits of a character on the line: start, eight data bits, stop (ICD 56-0298).
 const BITS_PER_BYTE: f64 = 10.0;
 
@@ -103,12 +100,7 @@ pub struct Kvh {
     last: Sample,
     /// Whether any message has come yet.
     seen: bool,
-    /// Poll that found the newest message.
-    found_at: Duration,
-    /// Ticks since the newest message arrived.
-    age_ticks: u16,
-    /// Messages that came with the last poll.
-    new_count: u32,
+    freshness: Freshness,
     /// Messages lost so far.
     missed_count: u64,
     /// The newest report of the built-in test (BIT).
@@ -140,9 +132,7 @@ impl Kvh {
             rotation_factor,
             last: Sample::default(),
             seen: false,
-            found_at: Duration::ZERO,
-            age_ticks: 0,
-            new_count: 0,
+            freshness: Freshness::default(),
             missed_count: 0,
             bit: None,
         }
@@ -153,22 +143,15 @@ impl Kvh {
     /// # Errors
     /// When the line is gone.
     pub fn poll(&mut self, line: &mut dyn ByteLine, now: Duration) -> Result<u32, DeviceError> {
-        let mut bytes = [0; READ_BYTES];
         let mut messages_count = 0;
-        loop {
-            let count = line.read(now, &mut bytes)?;
-            messages_count += self.take(&bytes[..count.min(READ_BYTES)]);
-            // A buffer that was not filled means that nothing more is waiting.
-            if count < READ_BYTES {
-                break;
-            }
-        }
+        read_waiting(line, now, |bytes| {
+            messages_count += self.take(bytes);
+            Ok(())
+        })?;
         if messages_count > 0 {
-            self.found_at = now;
             self.last.sent_at = self.arrival.began(now, BITS_PER_BYTE / f64::from(self.settings.baud));
         }
-        self.new_count = messages_count;
-        self.age_ticks = if messages_count > 0 { 0 } else { self.age_ticks.saturating_add(1) };
+        self.freshness.polled(now, messages_count);
         Ok(messages_count)
     }
 
@@ -245,18 +228,17 @@ impl Kvh {
 
     /// Whether no message has come for ten periods, or none at all.
     pub fn is_stale(&self, now: Duration) -> bool {
-        let silent_s = now.saturating_sub(self.found_at).as_secs_f64();
-        !self.seen || silent_s > STALE_PERIODS / self.settings.message_rate_hz
+        !self.seen || self.freshness.silent_s(now) > STALE_PERIODS / self.settings.message_rate_hz
     }
 
     /// Ticks since the newest message arrived.
     pub fn age_ticks(&self) -> u16 {
-        self.age_ticks
+        self.freshness.age_ticks
     }
 
     /// Messages that came with the last poll.
     pub fn new_count(&self) -> u32 {
-        self.new_count
+        self.freshness.new_count
     }
 
     /// Messages lost so far, counted by the gaps in the sequence numbers.
@@ -297,7 +279,18 @@ impl Kvh {
         let Sample { rate_rad_per_s: [x, y, z], acceleration_m_per_s2: [ax, ay, az], .. } = self.last;
         let status = f64::from(self.last.status);
         let sequence = f64::from(self.last.sequence);
-        [x, y, z, ax, ay, az, self.last.temperature_degc, status, sequence, f64::from(self.age_ticks)]
+        [
+            x,
+            y,
+            z,
+            ax,
+            ay,
+            az,
+            self.last.temperature_degc,
+            status,
+            sequence,
+            f64::from(self.freshness.age_ticks),
+        ]
     }
 }
 

@@ -8,6 +8,7 @@ pub mod crc32;
 pub mod device;
 mod framing;
 pub mod gcs;
+mod identity_range;
 pub mod kvh;
 pub mod mirror;
 pub mod scope;

@@ -29,11 +29,9 @@ pub use crate::framing::Tally;
 use self::configuration::INTERNAL_RATE_HZ;
 use self::scale::Scales;
 use crate::device::{Channel, DeviceError, Width};
-use crate::framing::{Arrival, STALE_PERIODS};
+use crate::framing::{Arrival, Freshness, STALE_PERIODS, read_waiting};
 use crate::wire::ByteLine;
 
-/// Bytes read from the line at once: room for two datagrams of any content.
-const READ_BYTES: usize = 128;
 /// Silence after which a unit with an external trigger is stale; the driver does not know how often it is triggered.
 const STALE_TRIGGERED_S: f64 = 0.02;
 /// Bits of a status byte that speak of the whole unit: system integrity, start-up, outside operating conditions.
@@ -123,10 +121,7 @@ pub struct Stim300 {
     replaceable_count: u32,
     /// Whether a special datagram has come since the newest measurement.
     special_came: bool,
-    /// Poll that found the newest measurement.
-    found_at: Duration,
-    age_ticks: u16,
-    new_count: u32,
+    freshness: Freshness,
     missed_count: u64,
     replaced_count: u64,
     special: Option<Special>,
@@ -165,9 +160,7 @@ impl Stim300 {
             seen: false,
             replaceable_count: 0,
             special_came: false,
-            found_at: Duration::ZERO,
-            age_ticks: 0,
-            new_count: 0,
+            freshness: Freshness::default(),
             missed_count: 0,
             replaced_count: 0,
             special: None,
@@ -182,23 +175,16 @@ impl Stim300 {
     /// # Errors
     /// When the line is gone, or when the unit has another configuration than it was opened with.
     pub fn poll(&mut self, line: &mut dyn ByteLine, now: Duration) -> Result<u32, DeviceError> {
-        let mut bytes = [0; READ_BYTES];
         let mut measurements_count = 0;
-        loop {
-            let count = line.read(now, &mut bytes)?.min(READ_BYTES);
-            measurements_count += self.take(&bytes[..count])?;
-            // A buffer that was not filled means that nothing more is waiting.
-            if count < READ_BYTES {
-                break;
-            }
-        }
+        read_waiting(line, now, |bytes| {
+            measurements_count += self.take(bytes)?;
+            Ok(())
+        })?;
         if measurements_count > 0 {
-            self.found_at = now;
             let sent_at = self.arrival.began(now, self.byte_s);
             self.last.sampled_at = sent_at.saturating_sub(Duration::from_secs_f64(self.last.latency_s));
         }
-        self.new_count = measurements_count;
-        self.age_ticks = if measurements_count > 0 { 0 } else { self.age_ticks.saturating_add(1) };
+        self.freshness.polled(now, measurements_count);
         Ok(measurements_count)
     }
 
@@ -359,17 +345,17 @@ impl Stim300 {
             SampleRate::Internal(rate_hz) => STALE_PERIODS / f64::from(rate_hz),
             SampleRate::External => STALE_TRIGGERED_S,
         };
-        !self.seen || now.saturating_sub(self.found_at).as_secs_f64() > limit_s
+        !self.seen || self.freshness.silent_s(now) > limit_s
     }
 
     /// Ticks since the newest measurement arrived.
     pub fn age_ticks(&self) -> u16 {
-        self.age_ticks
+        self.freshness.age_ticks
     }
 
     /// Measurements that came with the last poll.
     pub fn new_count(&self) -> u32 {
-        self.new_count
+        self.freshness.new_count
     }
 
     /// Measurements lost so far, by the gaps in the counter. It stays 0 with an external trigger: the counter does not number
@@ -421,7 +407,7 @@ impl Stim300 {
         let temperature_degc = last.temperature_degc.unwrap_or(f64::NAN);
         let status = f64::from(last.gyro_status) + 256.0 * f64::from(last.accelerometer_status);
         let counter = f64::from(last.counter);
-        let age_ticks = f64::from(self.age_ticks);
+        let age_ticks = f64::from(self.freshness.age_ticks);
         [x, y, z, ax, ay, az, temperature_degc, last.latency_s, status, counter, age_ticks]
     }
 

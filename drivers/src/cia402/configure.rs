@@ -8,6 +8,7 @@ use super::scale::Scale;
 use super::sdo::{Dictionary, Waiting};
 use super::{CyclicMode, DriveSettings, Identity};
 use crate::device::DeviceError;
+use crate::identity_range::IdentityRange;
 use crate::wire::{PdoTransport, SdoWire};
 
 /// Device profile number of CiA 402 in the low word of 1000h.
@@ -70,20 +71,14 @@ fn check_type(
     profile: &DriveProfile,
 ) -> Result<(), DeviceError> {
     let id = &profile.id;
-    let one = |value: Option<u32>| value.map(|value| [value, value]);
     let rows = [
-        (objects::VENDOR, one(profile.identity.vendor), identity.vendor),
-        (objects::PRODUCT, one(profile.identity.product), identity.product),
-        (objects::REVISION, profile.identity.revisions, identity.revision),
+        (objects::VENDOR, profile.identity.vendor.map(IdentityRange::one), identity.vendor),
+        (objects::PRODUCT, profile.identity.product.map(IdentityRange::one), identity.product),
+        (objects::REVISION, profile.identity.revisions.map(IdentityRange), identity.revision),
     ];
     for (object, allowed, found) in rows {
-        let Some([low, high]) = allowed.filter(|[low, high]| !(low..=high).contains(&&found)) else {
-            continue;
-        };
-        let expected = match low == high {
-            true => format!("{low:08X}h (profile `{id}`)"),
-            false => format!("{low:08X}h to {high:08X}h (profile `{id}`)"),
-        };
+        let Some(allowed) = allowed.filter(|allowed| !allowed.contains(found)) else { continue };
+        let expected = format!("{allowed} (profile `{id}`)");
         let help = "the drive is of another type: correct `profile` in the rig file, or check the wiring";
         return Err(drive.mismatch(object, expected, format!("{found:08X}h"), help));
     }

@@ -2,6 +2,7 @@ mod configure;
 
 use super::*;
 use crate::crc32::crc32;
+use crate::framing::WaitingBytes;
 use proptest::prelude::*;
 
 /// Bytes as printed in documents.
@@ -166,31 +167,16 @@ fn invalid_gyros_are_an_error_that_names_the_status() {
 /// 36 bytes at 4147200 bit/s take 86.8 µs (ICD 56-0298: 10 bits a character).
 #[test]
 fn a_message_was_sent_its_bytes_and_those_behind_it_before_the_poll() {
-    struct Waiting(Vec<u8>);
-    impl ByteLine for Waiting {
-        fn name(&self) -> &str {
-            "line"
-        }
-        fn read(&mut self, _: Duration, into: &mut [u8]) -> Result<usize, DeviceError> {
-            let count = into.len().min(self.0.len());
-            into[..count].copy_from_slice(&self.0[..count]);
-            self.0.drain(..count);
-            Ok(count)
-        }
-        fn write(&mut self, _: Duration, _: &[u8]) -> Result<(), DeviceError> {
-            Ok(())
-        }
-    }
     let now = Duration::from_millis(7);
     for (behind, expected_us) in [(0, 86.806), (12, 86.806 + 28.935), (35, 86.806 + 84.394)] {
         let mut imu = driver(true);
         // Five messages: more than one read of the driver's buffer.
         let mut stream = bytes(&[A; 5].join(" "));
         stream.extend(&bytes(A)[..behind]);
-        assert_eq!(imu.poll(&mut Waiting(stream), now).expect("the line is there"), 5);
+        assert_eq!(imu.poll(&mut WaitingBytes(stream), now).expect("the line is there"), 5);
         let sent_us = (now - imu.sample().expect("five").sent_at).as_secs_f64() * 1e6;
         assert!((sent_us - expected_us).abs() < 2e-3, "{behind} bytes behind: {sent_us} µs");
-        assert_eq!(imu.poll(&mut Waiting(Vec::new()), 2 * now).expect("the line is there"), 0);
+        assert_eq!(imu.poll(&mut WaitingBytes(Vec::new()), 2 * now).expect("the line is there"), 0);
         assert!(imu.sample().expect("five").sent_at < now, "an old message keeps its time");
         // Ten periods at 1 kHz.
         assert_eq!([10, 11].map(|ms| imu.is_stale(now + Duration::from_millis(ms))), [false, true]);

@@ -8,12 +8,11 @@ use super::{
     Stim300Settings,
 };
 use crate::device::DeviceError;
+use crate::framing::read_waiting;
 use crate::wire::ByteLine;
 
 /// Times a command is sent before its answer is given up.
 const TRIES_COUNT: u32 = 3;
-/// Bytes read from the line at once.
-const READ_BYTES: usize = 128;
 /// Bits of a character without parity: start, eight data bits, stop.
 const BITS_PER_BYTE: f64 = 10.0;
 /// Share of the line that datagrams may use is one over this (TS1524 rev. 31, equation 12).
@@ -77,20 +76,16 @@ impl Opening {
     /// [`DeviceError::Field`] if the unit is configured otherwise and may or can not be changed, or if an answer does not come
     /// in time.
     pub fn poll(&mut self, line: &mut dyn ByteLine, now: Duration) -> Result<Option<Stim300>, DeviceError> {
-        let mut bytes = [0; READ_BYTES];
-        loop {
-            let count = line.read(now, &mut bytes)?.min(READ_BYTES);
-            self.parser.push(&bytes[..count]);
-            self.text.push(&bytes[..count]);
+        read_waiting(line, now, |bytes| {
+            self.parser.push(bytes);
+            self.text.push(bytes);
             while let Some(found) = self.parser.next() {
                 if let Found::Special(special) = found {
                     self.take_special(&special)?;
                 }
             }
-            if count < READ_BYTES {
-                break;
-            }
-        }
+            Ok(())
+        })?;
         match self.step {
             Step::Ask => return self.asked(line, now),
             Step::Enter if self.text.contains("SERIAL NUMBER") && self.text.is_ready() => self.change(0),

@@ -3,6 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::framing::WaitingBytes;
 
 #[test]
 fn line_ends_behind_datagrams_belong_to_them() {
@@ -40,21 +41,6 @@ fn a_datagram_inside_a_false_one_is_found() {
 
 #[test]
 fn the_time_of_a_sample_is_that_of_the_poll_less_wire_and_latency() {
-    struct Waiting(Vec<u8>);
-    impl ByteLine for Waiting {
-        fn name(&self) -> &str {
-            "line"
-        }
-        fn read(&mut self, _: Duration, into: &mut [u8]) -> Result<usize, DeviceError> {
-            let count = into.len().min(self.0.len());
-            into[..count].copy_from_slice(&self.0[..count]);
-            self.0.drain(..count);
-            Ok(count)
-        }
-        fn write(&mut self, _: Duration, _: &[u8]) -> Result<(), DeviceError> {
-            Ok(())
-        }
-    }
     let byte_s = 10.0 / 921_600.0;
     for behind in [0, 5, 20, 27] {
         let mut imu = driver(&AS_WANTED);
@@ -62,7 +48,7 @@ fn the_time_of_a_sample_is_that_of_the_poll_less_wire_and_latency() {
         let mut stream =
             [bytes(RATE_ACC), bytes(RATE_ACC), bytes(RATE_ACC), bytes(RATE_ACC), bytes(RATE_ACC)].concat();
         stream.extend(&bytes(RATE_ACC)[..behind]);
-        assert_eq!(imu.poll(&mut Waiting(stream), Duration::from_millis(50)).expect("it lives"), 5);
+        assert_eq!(imu.poll(&mut WaitingBytes(stream), Duration::from_millis(50)).expect("it lives"), 5);
         let expected_s = 50e-3 - (28 + behind) as f64 * byte_s - 321e-6;
         let sampled_s = imu.sample().expect("five").sampled_at.as_secs_f64();
         assert_eq!([60, 61].map(|ms| imu.is_stale(Duration::from_millis(ms))), [false, true], "ten periods");
@@ -72,7 +58,7 @@ fn the_time_of_a_sample_is_that_of_the_poll_less_wire_and_latency() {
     let mut unit = AS_WANTED;
     unit[3] |= 0b1010;
     let mut imu = driver(&unit);
-    imu.poll(&mut Waiting(bytes(RATE_ACC)), Duration::from_millis(50)).expect("it lives");
+    imu.poll(&mut WaitingBytes(bytes(RATE_ACC)), Duration::from_millis(50)).expect("it lives");
     let sampled_s = imu.sample().expect("one").sampled_at.as_secs_f64();
     assert!((sampled_s - (50e-3 - 28.0 * 1.2 * byte_s - 321e-6)).abs() < 3e-9, "{sampled_s}");
 }

@@ -10,6 +10,7 @@ use super::{CanLink, CanOpenBus, CanOpenSettings};
 use crate::cia402::objects::{self, Access, DataType, Object};
 use crate::cia402::{Dictionary, Waiting};
 use crate::device::DeviceError;
+use crate::identity_range::IdentityRange;
 
 /// How long the bus is listened to before anything is sent: whoever is on it already is heard.
 const LISTEN: Duration = Duration::from_millis(200);
@@ -123,18 +124,17 @@ impl CanOpenBus {
 
     fn check_identity(&mut self, expected: &ExpectedStation) -> Result<(), DeviceError> {
         let rows = [
-            (objects::VENDOR, expected.vendor.map(|one| [one, one])),
-            (objects::PRODUCT, expected.product.map(|one| [one, one])),
-            (objects::REVISION, expected.revisions),
-            (objects::SERIAL, expected.serial.map(|one| [one, one])),
+            (objects::VENDOR, expected.vendor.map(IdentityRange::one)),
+            (objects::PRODUCT, expected.product.map(IdentityRange::one)),
+            (objects::REVISION, expected.revisions.map(IdentityRange)),
+            (objects::SERIAL, expected.serial.map(IdentityRange::one)),
         ];
         let rows = rows.into_iter().filter_map(|(object, wanted)| Some((object, wanted?)));
         self.with_dictionary(expected.station, |node| {
-            for (object, [least, most]) in rows {
+            for (object, wanted) in rows {
                 let found = node.read_u32(object)?;
-                if !(least..=most).contains(&found) {
-                    let [least, most, found] = [least, most, found].map(|number| format!("{number:08X}h"));
-                    let wanted = if least == most { least } else { format!("{least} to {most}") };
+                if !wanted.contains(found) {
+                    let [wanted, found] = [wanted, IdentityRange::one(found)].map(|range| range.to_string());
                     let help = "another device has this node-ID: check the wiring, or correct the identity in the rig file";
                     return Err(node.mismatch(object, wanted, found, help));
                 }

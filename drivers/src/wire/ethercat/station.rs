@@ -1,6 +1,7 @@
 //! The stations that were found, and the numbers that they go by.
 
 use super::settings::ExpectedStation;
+use crate::identity_range::IdentityRange;
 
 /// A SubDevice as it was found on the bus.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -106,18 +107,14 @@ fn who_is(found: &StationInfo) -> String {
 /// Refuses a station that is another device than the one that is expected under its number.
 fn check_identity(found: &StationInfo, all: &[ExpectedStation]) -> Result<(), Wrong> {
     let Some(expected) = all.iter().find(|expected| expected.station == found.station) else { return Ok(()) };
-    let one = |value: Option<u32>| value.map(|value| [value, value]);
     let fields = [
-        ("vendor", one(expected.vendor), found.vendor),
-        ("product code", one(expected.product), found.product),
-        ("revision", expected.revisions, found.revision),
-        ("serial number", one(expected.serial), found.serial),
+        ("vendor", expected.vendor.map(IdentityRange::one), found.vendor),
+        ("product code", expected.product.map(IdentityRange::one), found.product),
+        ("revision", expected.revisions.map(IdentityRange), found.revision),
+        ("serial number", expected.serial.map(IdentityRange::one), found.serial),
     ];
     for (name, wanted, value) in fields {
-        let Some([low, high]) = wanted.filter(|[low, high]| !(*low..=*high).contains(&value)) else {
-            continue;
-        };
-        let wanted = if low == high { format!("{low:08X}h") } else { format!("{low:08X}h to {high:08X}h") };
+        let Some(wanted) = wanted.filter(|wanted| !wanted.contains(value)) else { continue };
         // A serial number that belongs elsewhere tells of swapped cables.
         let belongs = all.iter().find(|other| name == "serial number" && other.serial == Some(value));
         return Err(Wrong {
