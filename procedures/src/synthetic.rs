@@ -20,6 +20,15 @@ pub(crate) fn rows(topic: &str, time_s: &[f64], columns: Vec<(&str, Vec<f64>)>) 
     }
 }
 
+impl Rows {
+    /// Takes the rows of a stretch of time out, as a stalled computer does.
+    pub(crate) fn cut(&mut self, start_s: f64, end_s: f64) {
+        let range = self.range(start_s, end_s);
+        self.columns.iter_mut().for_each(|column| drop(column.drain(range.clone())));
+        self.time_s.drain(range);
+    }
+}
+
 /// A segment that ran to its end.
 pub(crate) fn span(segment: usize, start_s: f64, end_s: f64) -> SegmentSpan {
     SegmentSpan { segment, start_s, end_s, start_position_rad: 0.0, ended_by: EndedBy::Completed }

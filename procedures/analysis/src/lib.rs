@@ -13,6 +13,7 @@ pub mod derivative;
 pub mod dwell;
 pub mod effort;
 pub mod estimate;
+pub mod even_rows;
 pub mod excitation;
 pub mod following;
 pub mod frf;

@@ -125,7 +125,8 @@ impl Study {
                 let span = span_of(case, clean);
                 let range = rows.range(span.0 - 0.5, span.1);
                 let [position, torque] = [0, 1].map(|c| &rows.columns[c][range.clone()]);
-                let effort = Effort::new(&rows.time_s[range.clone()], position, torque, self.plant.inertia)?;
+                let effort =
+                    Effort::new(&rows.time_s[range.clone()], position, torque, self.plant.inertia).ok()?;
                 let x: Vec<f64> = effort.position_rad.iter().map(|p| direction * (p - span.2)).collect();
                 let friction: Vec<f64> = effort
                     .position_rad

@@ -1,6 +1,7 @@
 //! Why friction, breakaway, the torque constant or the check of a model gives no value.
 
 use analysis::breakaway::NoBreakaway;
+use analysis::effort::NoEffort;
 use analysis::stillness::StillnessError;
 use analysis::stribeck::NoCurve;
 
@@ -54,6 +55,8 @@ pub enum FrictionReason {
     Saturated { limit_nm: f64 },
     #[error("too few rows between {start_s:.3} s and {end_s:.3} s")]
     TooFewRows { start_s: f64, end_s: f64 },
+    #[error("{0}")]
+    NoEffort(NoEffort),
     #[error("the ramp's settle and dwell are not in the log")]
     NoSettleOrDwell,
     #[error("no rows just before {at_s:.3} s")]

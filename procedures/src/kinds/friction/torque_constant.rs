@@ -21,7 +21,7 @@ const CONSTANT: &str = "torque-constant";
 const ERROR: &str = "torque-constant-error";
 const PULLED: &str = "pulled-friction-torque";
 
-const ESTIMATOR: &str = "torque-constant/1";
+const ESTIMATOR: &str = "torque-constant/2";
 
 const MEASURANDS: &[Measurand] = &[
     Measurand::new(

@@ -1,6 +1,6 @@
 //! One point: what the log holds of it, reduced to what concluding needs.
 
-use analysis::effort::{Effort, block_means};
+use analysis::effort::{Effort, NoEffort, block_means};
 use analysis::least_squares::LinearFit;
 
 use super::Direction;
@@ -231,8 +231,11 @@ impl<'a> Columns<'a> {
         if most >= SATURATED_RATIO * limit_nm {
             return Err(FrictionReason::Saturated { limit_nm }.into());
         }
-        Effort::new(time, &self.position_rad[range], torque, self.limits.inertia_kg_m2)
-            .ok_or_else(|| FrictionReason::TooFewRows { start_s, end_s }.into())
+        let effort = Effort::new(time, &self.position_rad[range], torque, self.limits.inertia_kg_m2);
+        effort.map_err(|why| match why {
+            NoEffort::TooFewRows => FrictionReason::TooFewRows { start_s, end_s }.into(),
+            gap @ NoEffort::Gap { .. } => FrictionReason::NoEffort(gap).into(),
+        })
     }
 
     fn stroke(&self, span: &SegmentSpan, run_in_rad: f64) -> Result<Stroke, Reason> {

@@ -16,9 +16,9 @@ use crate::reason::{FrictionReason, Reason};
 /// Displacement, in z_ss, that still counts as rest: over it the contact renews itself by 5 %.
 const REST_FACTOR: f64 = 0.05;
 /// Estimator and version of bristle stiffness.
-const STIFFNESS_ESTIMATOR: &str = "presliding-exponential/1";
+const STIFFNESS_ESTIMATOR: &str = "presliding-exponential/2";
 /// Estimator and version of breakaway torques.
-const BREAKAWAY_ESTIMATOR: &str = "breakaway-peak/2";
+const BREAKAWAY_ESTIMATOR: &str = "breakaway-peak/3";
 
 /// Torque over displacement, both in the direction of the motion, load taken off.
 #[derive(Clone, Debug)]

@@ -258,6 +258,34 @@ fn a_displacement_of_less_than_8_z_ss_is_inconclusive() {
     assert!(why.starts_with("displacement reached 6.") && why.ends_with(" z_ss, 8 z_ss needed"), "{why}");
 }
 
+/// A stall while the axis breaks away: 10 ms are bridged, more than 20 ms are not.
+#[test]
+fn rows_that_a_stall_cuts_out_of_a_ramp_are_bridged_or_leave_no_breakaway() {
+    let mut keys = keys(60.0, 0.6);
+    keys.ramps = ramps(&[1.0], &[1.0], 1);
+    let stalled = |lasted_s: f64| {
+        conclusion(&keys, &ELEVATION, |window| {
+            // The ramp ends when the axis has moved far enough.
+            let moved = window.segments.iter().rev().find(|s| s.ended_by == crate::log::EndedBy::Condition);
+            let Some(ramp) = moved else { return };
+            let from_s = ramp.end_s - 0.1;
+            window.topics.iter_mut().for_each(|rows| rows.cut(from_s, from_s + lasted_s));
+        })
+    };
+    let mean = |c: &Conclusion| {
+        let mean = all(c, "breakaway-torque").into_iter().find(|m| m.point.is_none());
+        mean.and_then(|m| m.value).expect("both ramps broke away")
+    };
+    let [whole_nm, bridged_nm] = [0.0, 0.01].map(|lasted_s| mean(&stalled(lasted_s)));
+    assert!((bridged_nm - whole_nm).abs() < 0.1, "{bridged_nm}, without the stall {whole_nm}");
+    let long = stalled(0.03);
+    for m in all(&long, "breakaway-torque") {
+        let why = reason(m);
+        assert!(why.starts_with("rows are missing for 30 ms from "), "{why}");
+        assert!(why.ends_with(" s on, at most 20 ms can be bridged"), "{why}");
+    }
+}
+
 #[test]
 fn the_same_windows_give_the_same_conclusion_bit_by_bit() {
     let mut keys = keys(60.0, 0.6);

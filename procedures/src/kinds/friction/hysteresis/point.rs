@@ -4,24 +4,26 @@
 //! `reverse`, each one branch of effort over angle. All rows of a static map count; time and velocity mean nothing there,
 //! so there is no inertia to take off. Angles may be unevenly spaced.
 
+use std::borrow::Cow;
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
 use analysis::cogging::{Branch, Settings, Spectrum};
 use analysis::estimate::Estimate;
+use analysis::even_rows::EvenRows;
 use analysis::gravity::HalfSum;
 use analysis::uncertainty::{Component, combine};
 
 use super::{FRICTION, FRICTION_CURRENT, cogging, evenness, pictures, strokes, sweep};
 use crate::axis::{Axes, AxisLimits, TorqueScale};
 use crate::case::Case;
-use crate::log::{Rows, Window};
+use crate::log::Window;
 use crate::measurement::{Condition, Evidence, Exclusion, Measurement, PointResult, Reduced};
 use crate::quantity::QuantityKind as Q;
 use crate::reason::{FrictionReason, Reason};
 
 /// Estimator and version of friction.
-const ESTIMATOR: &str = "hysteresis-friction/1";
+const ESTIMATOR: &str = "hysteresis-friction/2";
 /// Label of a branch with rising angle.
 const FORWARD: &str = "forward";
 /// Label of a branch with falling angle.
@@ -233,10 +235,13 @@ fn conditions(case: &Case, achieved_rad_per_s: Option<f64>) -> Vec<Condition> {
 }
 
 /// The axis' rows in the log: angle, and effort as torque or as current.
+#[derive(Clone)]
 pub(super) struct Record<'a> {
-    rows: &'a Rows,
-    pub(super) angle_rad: &'a [f64],
-    source: &'a [f64],
+    /// Name of the axis' topic.
+    topic: &'a str,
+    time_s: Cow<'a, [f64]>,
+    pub(super) angle_rad: Cow<'a, [f64]>,
+    source: Cow<'a, [f64]>,
     scale: f64,
     /// Channel that the effort comes from.
     effort_channel: &'static str,
@@ -267,9 +272,10 @@ impl<'a> Record<'a> {
         }
         let torque = kind == Q::Torque;
         Ok(Self {
-            rows,
-            angle_rad,
-            source,
+            topic: &rows.topic.name,
+            time_s: Cow::Borrowed(&rows.time_s),
+            angle_rad: Cow::Borrowed(angle_rad),
+            source: Cow::Borrowed(source),
             scale,
             effort_channel: name,
             kind,
@@ -280,18 +286,21 @@ impl<'a> Record<'a> {
 
     /// Rows in a stretch of time.
     pub(super) fn range(&self, start_s: f64, end_s: f64) -> Range<usize> {
-        self.rows.range(start_s, end_s)
+        let before = |end_s: f64| self.time_s.partition_point(|&t| t < end_s);
+        before(start_s)..before(end_s)
     }
 
-    /// Mean rate of the rows in a range; `None` if time does not advance or rows are missing (a gap above 1.5
-    /// periods: α would be wrong around it).
-    pub(super) fn sample_rate_hz(&self, range: &Range<usize>) -> Option<f64> {
-        let time = self.rows.time_s.get(range.clone())?;
-        let first = time.first()?;
-        let last = time.last()?;
-        let period = (last - first) / (time.len().max(2) - 1) as f64;
-        let even = time.windows(2).all(|pair| pair[1] - pair[0] < 1.5 * period && pair[1] > pair[0]);
-        (period > 0.0 && even).then(|| 1.0 / period)
+    /// The rows of a range on an even raster, for α, and what is missing there; `None` if there are too few rows or
+    /// time does not advance.
+    pub(super) fn even(&self, range: Range<usize>) -> Option<EvenRecord<'a>> {
+        let rows = EvenRows::over(&self.time_s[range.clone()])?;
+        let record = Self {
+            time_s: Cow::Owned(rows.time_s().to_vec()),
+            angle_rad: Cow::Owned(rows.column(&self.angle_rad[range.clone()])),
+            source: Cow::Owned(rows.column(&self.source[range])),
+            ..self.clone()
+        };
+        Some(EvenRecord { record, rows })
     }
 
     /// Motor torque (or current) in a range, inertia not taken off yet.
@@ -312,13 +321,20 @@ impl<'a> Record<'a> {
 
     /// Where the numbers of a range come from.
     pub(super) fn evidence(&self, range: &Range<usize>) -> Vec<Evidence> {
-        let time = &self.rows.time_s;
+        let time = &self.time_s;
         let Some(t0_s) = time.get(range.start) else { return Vec::new() };
         let Some(t1_s) = time.get(range.end.saturating_sub(1)) else { return Vec::new() };
-        let topic = &self.rows.topic.name;
+        let topic = self.topic;
         let channels = vec![format!("{topic} position_rad"), format!("{topic} {}", self.effort_channel)];
         vec![Evidence { file: String::new(), channels, t0_s: *t0_s, t1_s: *t1_s }]
     }
+}
+
+/// Rows of a record on an even raster.
+pub(super) struct EvenRecord<'a> {
+    pub(super) record: Record<'a>,
+    /// The raster, and what is missing between the rows that it is made of.
+    pub(super) rows: EvenRows,
 }
 
 /// Everything that the branches of a static map say.

@@ -13,7 +13,7 @@ use analysis::gravity::HalfSum;
 use analysis::plateau::{longest_steady, mean_velocity_rad_per_s};
 
 use super::cogging;
-use super::point::{EffortCurve, Finding, Record};
+use super::point::{EffortCurve, EvenRecord, Finding, Record};
 use super::sweep::{self, Reach, STROKES, Sweep};
 use crate::axis::{Axes, AxisLimits, TorqueScale};
 use crate::case::Case;
@@ -41,9 +41,15 @@ const STEADY_RATIO: f64 = 0.05;
 const VELOCITY_WINDOW_S: f64 = 0.02;
 
 /// Strokes that a point ran.
-struct Ran {
+struct Ran<'a> {
+    /// Rows of the strokes on an even raster.
+    record: Record<'a>,
     rows: Range<usize>,
     sample_rate_hz: f64,
+    /// Frequency up to which α is flat, Hz.
+    flat_hz: f64,
+    /// Longest time without a row, where rows are missing.
+    bridged_s: Option<f64>,
     period_rad: f64,
     velocity_rad_per_s: f64,
     steady: Vec<SteadyStroke>,
@@ -62,16 +68,21 @@ pub(super) fn find(case: &Case, window: &Window, record: &Record<'_>, limits: &A
     let mut finding = Finding::default();
     match ran(case, window, record, limits) {
         Ok(ran) => {
-            finding.evidence = record.evidence(&ran.rows);
-            finding.quantum_u = record.quantum_u(ran.rows.clone());
-            finding.trouble = evaluate(&ran, record, limits, &mut finding).err();
+            finding.evidence = ran.record.evidence(&ran.rows);
+            finding.quantum_u = ran.record.quantum_u(ran.rows.clone());
+            finding.trouble = evaluate(&ran, limits, &mut finding).err();
         }
         Err(reason) => finding.trouble = Some(reason),
     }
     finding
 }
 
-fn ran(case: &Case, window: &Window, record: &Record<'_>, limits: &AxisLimits) -> Result<Ran, Reason> {
+fn ran<'a>(
+    case: &Case,
+    window: &Window,
+    record: &Record<'a>,
+    limits: &AxisLimits,
+) -> Result<Ran<'a>, Reason> {
     let velocity_rad_per_s = case.requested("velocity").ok_or(FrictionReason::NoVelocity)?;
     let span = window
         .segments
@@ -79,17 +90,30 @@ fn ran(case: &Case, window: &Window, record: &Record<'_>, limits: &AxisLimits) -
         .find(|s| case.segments.get(s.segment).is_some_and(|c| c.label == STROKES))
         .ok_or(FrictionReason::StrokesNotRun)?;
     let rows = record.range(span.start_s, span.end_s);
-    let sample_rate_hz = record.sample_rate_hz(&rows).ok_or(FrictionReason::RowsMissingInStrokes)?;
+    let EvenRecord { record, rows } = record.even(rows).ok_or(FrictionReason::RowsMissingInStrokes)?;
     let period_rad = TAU / limits.cogging_orders_per_rev;
+    let cogging_hz = velocity_rad_per_s / period_rad;
+    let flat_hz = (FLAT_HARMONICS * cogging_hz).clamp(FLAT_HZ[0], FLAT_HZ[1]);
+    if rows.unbridged(flat_hz).is_some() {
+        return Err(FrictionReason::RowsMissingInStrokes.into());
+    }
+    let mut ran = Ran {
+        rows: 0..record.angle_rad.len(),
+        record,
+        sample_rate_hz: 1.0 / rows.sample_s(),
+        flat_hz,
+        bridged_s: rows.missing().map(|gap| gap.lasted_s),
+        period_rad,
+        velocity_rad_per_s,
+        steady: Vec::new(),
+        unsteady_count: 0,
+    };
     let settle_s = settle_s(velocity_rad_per_s, period_rad);
-    let mut ran =
-        Ran { rows, sample_rate_hz, period_rad, velocity_rad_per_s, steady: Vec::new(), unsteady_count: 0 };
     for plateau in plateaus(&case.segments[span.segment].stimulus) {
         let from_s = span.start_s + plateau.start_s + settle_s;
         let to_s = span.start_s + plateau.end_s - END_S;
-        let rows = record.range(from_s, to_s);
-        let rows = rows.start..rows.end.min(ran.rows.end).max(rows.start);
-        match steady_rows(&ran, &record.angle_rad[rows.clone()], plateau.reverse) {
+        let rows = ran.record.range(from_s, to_s);
+        match steady_rows(&ran, &ran.record.angle_rad[rows.clone()], plateau.reverse) {
             Some(stretch) => ran.steady.push(SteadyStroke {
                 reverse: plateau.reverse,
                 rows: rows.start + stretch.start..rows.start + stretch.end,
@@ -111,7 +135,7 @@ pub(super) fn left_out_s(velocity_rad_per_s: f64, period_rad: f64) -> f64 {
 }
 
 /// The steady stretch of a plateau, if it covers a cogging period.
-fn steady_rows(ran: &Ran, angle_rad: &[f64], reverse: bool) -> Option<Range<usize>> {
+fn steady_rows(ran: &Ran<'_>, angle_rad: &[f64], reverse: bool) -> Option<Range<usize>> {
     let target = if reverse { -ran.velocity_rad_per_s } else { ran.velocity_rad_per_s };
     let quarter_s = (ran.period_rad / ran.velocity_rad_per_s / 4.0).max(VELOCITY_WINDOW_S);
     let window_count = (quarter_s * ran.sample_rate_hz).round() as usize;
@@ -145,39 +169,35 @@ fn plateaus(stimulus: &Stimulus) -> Vec<Plateau> {
 }
 
 /// Maps, friction, half-sum and spectrum of the steady strokes.
-fn evaluate(
-    ran: &Ran,
-    record: &Record<'_>,
-    limits: &AxisLimits,
-    finding: &mut Finding,
-) -> Result<(), Reason> {
+fn evaluate(ran: &Ran<'_>, limits: &AxisLimits, finding: &mut Finding) -> Result<(), Reason> {
     exclude_strokes(ran, finding);
-    let Some(grid) = common_grid(ran, record) else {
-        finding.achieved_rad_per_s = Some(peak_velocity(ran, record));
+    let Some(grid) = common_grid(ran) else {
+        finding.achieved_rad_per_s = Some(peak_velocity(ran));
         return Err(not_steady(ran, finding.achieved_rad_per_s).into());
     };
-    let cogging_hz = ran.velocity_rad_per_s / ran.period_rad;
-    let flat_hz = (FLAT_HARMONICS * cogging_hz).clamp(FLAT_HZ[0], FLAT_HZ[1]);
-    let differentiator = Differentiator::new(ran.sample_rate_hz, flat_hz.min(ran.sample_rate_hz / 16.0))
+    let differentiator = Differentiator::new(ran.sample_rate_hz, ran.flat_hz.min(ran.sample_rate_hz / 16.0))
         .ok_or(FrictionReason::LogTooSlow)?;
-    let maps = maps(ran, record, limits, &grid, &differentiator)?;
-    finding.achieved_rad_per_s = Some(mean_velocity(ran, record));
+    let maps = maps(ran, limits, &grid, &differentiator)?;
+    finding.achieved_rad_per_s = Some(mean_velocity(ran));
     finding.flags.push("sliding".to_owned());
-    exclude_samples(ran, record, &grid, finding);
+    if let Some(gap_s) = ran.bridged_s {
+        finding.flags.push(format!("rows missing for up to {:.0} ms, bridged", 1e3 * gap_s));
+    }
+    exclude_samples(ran, &grid, finding);
     reduce(&maps, &grid, finding);
     cogging::add_of_strokes(&maps, &grid, ran.velocity_rad_per_s, &differentiator, limits, finding);
     Ok(())
 }
 
 /// Whole cogging periods that all steady strokes share; `None` where one direction has no steady stroke.
-fn common_grid(ran: &Ran, record: &Record<'_>) -> Option<Grid> {
+fn common_grid(ran: &Ran<'_>) -> Option<Grid> {
     let both = [false, true].iter().all(|side| ran.steady.iter().any(|stroke| stroke.reverse == *side));
     if !both {
         return None;
     }
     let range_rad = |stroke: &SteadyStroke| {
-        let first = record.angle_rad[stroke.rows.start];
-        let last = record.angle_rad[stroke.rows.end - 1];
+        let first = ran.record.angle_rad[stroke.rows.start];
+        let last = ran.record.angle_rad[stroke.rows.end - 1];
         [first.min(last), first.max(last)]
     };
     let ranges_rad: Vec<[f64; 2]> = ran.steady.iter().map(range_rad).collect();
@@ -232,24 +252,23 @@ pub(super) struct Maps {
 }
 
 fn maps(
-    ran: &Ran,
-    record: &Record<'_>,
+    ran: &Ran<'_>,
     limits: &AxisLimits,
     grid: &Grid,
     differentiator: &Differentiator,
 ) -> Result<Maps, Reason> {
     let all = ran.rows.clone();
-    let mut effort = record.motor(all.clone());
-    if record.kind == Q::Torque {
+    let mut effort = ran.record.motor(all.clone());
+    if ran.record.kind == Q::Torque {
         let acceleration = differentiator
-            .acceleration(&record.angle_rad[all.clone()])
+            .acceleration(&ran.record.angle_rad[all.clone()])
             .ok_or(FrictionReason::StrokesTooShort)?;
         effort.iter_mut().zip(acceleration).for_each(|(e, a)| *e -= limits.inertia_kg_m2 * a);
     }
     let mut maps = Maps { forward: Vec::new(), reverse: Vec::new() };
     for SteadyStroke { reverse, rows } in &ran.steady {
         let effort = &effort[rows.start - all.start..rows.end - all.start];
-        let map = bin_means(&record.angle_rad[rows.clone()], effort, grid)
+        let map = bin_means(&ran.record.angle_rad[rows.clone()], effort, grid)
             .ok_or(FrictionReason::StrokeNotCovering)?;
         if *reverse { maps.reverse.push(map) } else { maps.forward.push(map) }
     }
@@ -278,22 +297,22 @@ fn half_sum(grid: &Grid, forward: &[f64], reverse: &[f64]) -> HalfSum {
 }
 
 /// Mean speed over all steady strokes.
-fn mean_velocity(ran: &Ran, record: &Record<'_>) -> f64 {
+fn mean_velocity(ran: &Ran<'_>) -> f64 {
     let speed = |stroke: &SteadyStroke| {
-        mean_velocity_rad_per_s(&record.angle_rad[stroke.rows.clone()], ran.sample_rate_hz).abs()
+        mean_velocity_rad_per_s(&ran.record.angle_rad[stroke.rows.clone()], ran.sample_rate_hz).abs()
     };
     ran.steady.iter().map(speed).sum::<f64>() / ran.steady.len() as f64
 }
 
 /// Largest mean speed over a short window: what was reached where nothing was steady.
-fn peak_velocity(ran: &Ran, record: &Record<'_>) -> f64 {
+fn peak_velocity(ran: &Ran<'_>) -> f64 {
     let window = (4.0 * VELOCITY_WINDOW_S * ran.sample_rate_hz).round().max(1.0) as usize;
-    let angle = &record.angle_rad[ran.rows.clone()];
+    let angle = &ran.record.angle_rad[ran.rows.clone()];
     let way = angle.windows(window + 1).map(|w| (w[window] - w[0]).abs()).fold(0.0, f64::max);
     way * ran.sample_rate_hz / window as f64
 }
 
-fn not_steady(ran: &Ran, achieved: Option<f64>) -> FrictionReason {
+fn not_steady(ran: &Ran<'_>, achieved: Option<f64>) -> FrictionReason {
     FrictionReason::NotSteady {
         period_rad: ran.period_rad,
         asked_rad_per_s: ran.velocity_rad_per_s,
@@ -301,7 +320,7 @@ fn not_steady(ran: &Ran, achieved: Option<f64>) -> FrictionReason {
     }
 }
 
-fn exclude_strokes(ran: &Ran, finding: &mut Finding) {
+fn exclude_strokes(ran: &Ran<'_>, finding: &mut Finding) {
     if ran.unsteady_count > 0 {
         finding.excluded.push(Exclusion {
             count: ran.unsteady_count,
@@ -311,12 +330,12 @@ fn exclude_strokes(ran: &Ran, finding: &mut Finding) {
     }
 }
 
-fn exclude_samples(ran: &Ran, record: &Record<'_>, grid: &Grid, finding: &mut Finding) {
+fn exclude_samples(ran: &Ran<'_>, grid: &Grid, finding: &mut Finding) {
     let inside = grid.edge_rad(0)..grid.edge_rad(grid.bins_count());
     let used: usize = ran
         .steady
         .iter()
-        .map(|stroke| record.angle_rad[stroke.rows.clone()].iter().filter(|a| inside.contains(a)).count())
+        .map(|stroke| ran.record.angle_rad[stroke.rows.clone()].iter().filter(|a| inside.contains(a)).count())
         .sum();
     finding.excluded.push(Exclusion {
         count: ran.rows.len() - used.min(ran.rows.len()),

@@ -12,6 +12,7 @@ mod recovery;
 use super::KIND;
 use crate::diagnostic::{Diagnostic, SourceFile};
 use crate::kinds::Experiment;
+use crate::log::Window;
 use crate::measurement::{Conclusion, Measurement};
 use crate::table::read_file;
 use synthetic_axis::{Truth, rig};
@@ -24,13 +25,28 @@ fn read(text: &str) -> Result<Box<dyn Experiment>, Vec<Diagnostic>> {
 
 /// Plans, runs and judges.
 fn run(text: &str, truth: &Truth, rate_hz: f64, seed: u64) -> Conclusion {
+    run_spoiled(text, truth, rate_hz, seed, |_| {})
+}
+
+/// As [`run`], with windows that something happened to.
+fn run_spoiled(
+    text: &str,
+    truth: &Truth,
+    rate_hz: f64,
+    seed: u64,
+    spoil: impl Fn(&mut Window),
+) -> Conclusion {
     let experiment = read(text).expect("the keys are right");
     let axes = rig(&[truth]);
     let cases = experiment.plan(truth.name, &axes).expect("the axis can do it");
     let points: Vec<_> = cases
         .iter()
         .zip(0..)
-        .map(|(case, k)| experiment.analyse(case, &truth.run(case, rate_hz, 1000 * seed + k), &axes))
+        .map(|(case, k)| {
+            let mut window = truth.run(case, rate_hz, 1000 * seed + k);
+            spoil(&mut window);
+            experiment.analyse(case, &window, &axes)
+        })
         .collect();
     experiment.conclude(&cases, &points, &axes)
 }

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use analysis::derivative::Differentiator;
+use analysis::even_rows::EvenRows;
 use analysis::plateau::{longest_steady, mean_velocity_rad_per_s};
 use analysis::stillness::stillness;
 
@@ -94,9 +95,12 @@ fn pulled(keys: &Keys, case: &Case, window: &Window, limits: &AxisLimits) -> Res
     }
     let axis = window.topic(&format!("/{}", case.axis))?;
     let range = axis.range(during.start_s, during.end_s);
-    let time = &axis.time_s[range.clone()];
-    let angle = &axis.channel("position_rad")?[range];
-    let rate_hz = even_rate_hz(time).ok_or(FrictionReason::RowsMissingInPull)?;
+    let rows = EvenRows::over(&axis.time_s[range.clone()])
+        .filter(|rows| rows.unbridged(FLAT_HZ).is_none())
+        .ok_or(FrictionReason::RowsMissingInPull)?;
+    let time = rows.time_s();
+    let angle = &rows.column(&axis.channel("position_rad")?[range]);
+    let rate_hz = 1.0 / rows.sample_s();
     let wanted = case.requested("velocity").ok_or(FrictionReason::NoVelocity)?;
     let period_rad = TAU / limits.cogging_orders_per_rev;
     let count = (RATE_SHARE * period_rad / wanted.abs() * rate_hz).round() as usize;
@@ -126,11 +130,4 @@ fn pulled(keys: &Keys, case: &Case, window: &Window, limits: &AxisLimits) -> Res
         angle_rad: angle[steady].to_vec(),
         torque_nm: torque,
     })
-}
-
-/// Rows per second, if none is missing.
-fn even_rate_hz(time_s: &[f64]) -> Option<f64> {
-    let period = (time_s.last()? - time_s.first()?) / (time_s.len().max(2) - 1) as f64;
-    let even = time_s.windows(2).all(|pair| pair[1] > pair[0] && pair[1] - pair[0] < 1.5 * period);
-    (period > 0.0 && even).then(|| 1.0 / period)
 }
