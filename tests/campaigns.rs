@@ -57,5 +57,6 @@ pub(crate) fn with_setup<T>(
         polarity: None,
         site,
         judge: judge::judge_log,
+        judge_program: None,
     })
 }

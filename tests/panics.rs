@@ -44,11 +44,12 @@ impl Listener for PanicsInMotion<'_> {
 struct Seams {
     wires: fn(&SimulatedRig) -> Wires,
     judge: judge::JudgeFn,
+    judge_program: Option<PathBuf>,
 }
 
 impl Default for Seams {
     fn default() -> Self {
-        Self { wires: Wires::simulated, judge: judge::judge_log }
+        Self { wires: Wires::simulated, judge: judge::judge_log, judge_program: None }
     }
 }
 
@@ -65,7 +66,8 @@ fn attempted(
     let unit = nominal();
     let site = VirtualSite::new(&unit, &[]).with_wires(seams.wires);
     with_setup("sim", names, folder, (&unit, &site), |setup| {
-        campaign::run(&Setup { jobs: Some(1), judge: seams.judge, ..setup }, listener)
+        let Seams { judge, judge_program, .. } = seams;
+        campaign::run(&Setup { jobs: Some(1), judge, judge_program, ..setup }, listener)
     })
 }
 
@@ -137,6 +139,38 @@ fn a_judge_that_panics_costs_its_procedure_alone_and_says_70() {
     let by =
         &Requirements::parse(&shipped::find(Folder::Requirements, "requirements", None).expect("shipped"))
             .expect("shipped");
+    let later = judge::judge_log(&folder.path().join(&log), &log, by, &Known::default());
+    assert_eq!(later.expect("judged later").damage, None);
+}
+
+#[test]
+fn a_judge_in_a_process_of_its_own_finds_the_same_to_the_last_bit() {
+    let judged = |judge_program: Option<PathBuf>| {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let seams = Seams { judge_program, ..Seams::default() };
+        let result = carried_out(&["quick/az-friction"], folder.path(), &mut Silent, seams);
+        assert_eq!(result.exit_code, exit::PASS);
+        result.judged
+    };
+    let here = judged(None);
+    assert!(here.iter().flatten().any(|log| !log.findings.plots.is_empty()));
+    assert_eq!(judged(Some(env!("CARGO_BIN_EXE_bench").into())), here);
+}
+
+#[test]
+fn a_judge_whose_process_dies_opens_no_gate_and_the_log_can_be_judged_later() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let seams = Seams { judge_program: Some("/bin/false".into()), ..Seams::default() };
+    let result = carried_out(&["quick/az-friction"], folder.path(), &mut Silent, seams);
+    assert_eq!(result.exit_code, exit::INTERNAL);
+    let (run, judged) = of(&result, "POLARITY");
+    let reason = "the process that judges ended with exit code 1; `bench rejudge` judges the log again";
+    assert_eq!((run.status, run.reason.as_deref()), (Status::Errored, Some(reason)));
+    let (next, _) = of(&result, "AZ-FRICTION");
+    let gate = "polarity: not proven: POLARITY errored";
+    assert_eq!((next.status, next.reason.as_deref()), (Status::Skipped, Some(gate)));
+    let by = &Requirements::parse(&result.page.requirements.source()).expect("shipped");
+    let log = judged.and_then(|log| log.findings.log.clone()).expect("the log stands");
     let later = judge::judge_log(&folder.path().join(&log), &log, by, &Known::default());
     assert_eq!(later.expect("judged later").damage, None);
 }

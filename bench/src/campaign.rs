@@ -74,6 +74,8 @@ pub struct Setup<'a> {
     pub site: &'a dyn Site,
     /// Judges a closed log.
     pub judge: judge::JudgeFn,
+    /// Program that judges in a process of its own instead, where axes are held meanwhile.
+    pub judge_program: Option<PathBuf>,
 }
 
 impl Setup<'_> {

@@ -11,6 +11,7 @@ mod explain;
 mod import;
 mod init;
 mod inspect;
+mod judge_aside;
 mod list;
 mod options;
 mod output;
@@ -63,6 +64,9 @@ enum Verb {
     Init(init::Args),
     /// Convert a log that another tool recorded into a bench log
     Import(import::Args),
+    /// Judge one log of a run folder for the process that runs it
+    #[command(hide = true)]
+    JudgeAside(judge_aside::Args),
 }
 
 /// Parses the command line, does what it says, returns the exit code.
@@ -121,5 +125,6 @@ fn dispatch(verb: Verb) -> u8 {
         Verb::Inspect(args) => inspect::run(&args),
         Verb::Init(args) => init::run(&args),
         Verb::Import(args) => import::run(&args),
+        Verb::JudgeAside(args) => judge_aside::run(&args),
     }
 }

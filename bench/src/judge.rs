@@ -13,9 +13,12 @@ use reports::record::{
     DeviceRecord, LatenessRecord, Origin, PointRow, ProcedureFindings, SafetyFindings, Status,
 };
 
+use serde::{Deserialize, Serialize};
+
 use crate::files::unit::read_state;
 use crate::record::log::{self, COMPUTED, DEVICES, IMPORTED, PROCEDURE, REQUIREMENTS, STATE};
 
+mod aside;
 mod attempt;
 mod compared;
 mod findings;
@@ -29,6 +32,7 @@ pub(crate) mod stage;
 #[cfg(test)]
 mod tests;
 
+pub use aside::{VERB as ASIDE_VERB, judge_aside, serve as serve_aside};
 pub use attempt::{Tried, Trouble, missing, try_log};
 pub use findings::{Fold, fold};
 pub use known::{HeatSinks, Known};
@@ -36,7 +40,7 @@ pub use lateness::lateness_of_log;
 use points::{Found, Place, Points};
 
 /// A log, judged.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JudgedLog {
     /// What it found.
     pub findings: ProcedureFindings,

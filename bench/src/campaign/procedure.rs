@@ -101,8 +101,13 @@ pub(super) fn crashed(shared: &Shared<'_>, index: usize) -> Finished {
 fn judge_it(shared: &Shared<'_>, index: usize, path: &Path, run: &mut ProcedureRun) -> JudgedLog {
     let Shared { setup, page, .. } = shared;
     let planned = &page.procedures[index];
-    let requirements = &setup.plan.requirements;
-    let tried = judge::try_log(setup.judge, path, planned, requirements, &Known::default(), setup.seed);
+    let tried = match &setup.judge_program {
+        Some(program) => judge::judge_aside(program, &setup.folder, index, planned, setup.seed),
+        None => {
+            let requirements = &setup.plan.requirements;
+            judge::try_log(setup.judge, path, planned, requirements, &Known::default(), setup.seed)
+        }
+    };
     if let Some(trouble) = tried.trouble {
         run.exit_code = exit::worse(run.exit_code, trouble.exit_code());
         if !matches!(trouble, Trouble::Damaged(_)) {

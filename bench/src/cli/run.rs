@@ -215,6 +215,7 @@ fn carry_out(args: &Args, prepared: &Prepared, stop: Arc<AtomicU16>, underway: U
         polarity: args.polarity.clone(),
         site: &*site,
         judge: judge::judge_log,
+        judge_program: judge_program(prepared.rig.tier),
     };
     let mut speaker = Speaker { as_result: args.json };
     match campaign::run(&setup, &mut speaker) {
@@ -228,6 +229,13 @@ fn carry_out(args: &Args, prepared: &Prepared, stop: Arc<AtomicU16>, underway: U
             }
         }
     }
+}
+
+/// On a wire axes are held while logs are judged.
+fn judge_program(tier: Tier) -> Option<PathBuf> {
+    // This very program, also where its file was replaced since it began.
+    const ITSELF: &str = "/proc/self/exe";
+    matches!(tier, Tier::Wired | Tier::Hardware).then(|| PathBuf::from(ITSELF))
 }
 
 /// Folds, writes and prints what the run came to.

@@ -6,6 +6,7 @@ use std::path::Path;
 use procedures::log::LogError;
 use procedures::requirement::Requirements;
 use reports::record::{Origin, Status};
+use serde::{Deserialize, Serialize};
 
 use super::findings::without;
 use super::{HeatSinks, JudgeError, JudgeFn, JudgedLog, Known};
@@ -13,7 +14,7 @@ use crate::exit;
 use crate::record::page::PlannedLog;
 
 /// What stood in the way of judging a log, in a sentence with its path.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Trouble {
     /// The log was judged as far as it is whole.
     Damaged(String),
@@ -40,7 +41,7 @@ impl Trouble {
 }
 
 /// A log after an attempt to judge it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tried {
     /// What it found; a procedure that errored, without a number, where it could not be judged.
     pub log: JudgedLog,
@@ -99,7 +100,7 @@ pub fn missing(planned: &PlannedLog, seed: u64) -> JudgedLog {
 }
 
 /// A log that could not be judged.
-fn unjudged(planned: &PlannedLog, seed: u64, reason: String) -> JudgedLog {
+pub(super) fn unjudged(planned: &PlannedLog, seed: u64, reason: String) -> JudgedLog {
     let mut findings = without(planned, Status::Errored, reason);
     findings.log = Some(planned.log.clone());
     let yields = planned.yields.clone();
