@@ -52,7 +52,7 @@ pub(crate) struct Done<'a> {
     pub contacts: Vec<Contact>,
     /// The point itself, with its log.
     pub job: Box<Job<'a>>,
-    /// The session closes itself: the rig's own settings could not be restored.
+    /// The session closes itself: the rig's own settings could not be restored, or stations have lost their configuration.
     pub is_closing: bool,
 }
 

@@ -8,10 +8,10 @@
 //!
 //! A frame is made by one exchange and never sent again; a reply counts only for the exchange that sent its frame. When
 //! frames are lost, exchanges have working counter 0; when stations have left OP, [`Fieldbus::state`] says so and
-//! [`EtherCatBus::al_errors`] says why. Nothing goes back into OP by itself: [`EtherCatBus::recover`] begins anew.
+//! [`EtherCatBus::al_errors`] says why. Nothing goes back into OP by itself: whoever drives
+//! the bus asks for it again, or, where stations have lost their configuration with their supply, opens the bus anew.
 //!
-//! Each opened bus keeps about 6 kB of memory until the program ends: ethercrab can split its frame store only once. A bus
-//! that recovers uses the same store.
+//! Each opened bus keeps about 6 kB of memory until the program ends: ethercrab can split its frame store only once.
 
 mod al;
 mod clock;

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use drivers::device::DeviceError;
+use drivers::wire::BusState;
 use rtrb::{Consumer, Producer};
 
 use super::{Arming, Closed, Closing, Done, Job, LOOK, Opened, Opening, Order, Report};
@@ -133,10 +134,10 @@ impl<'a> Ticking<'a> {
             let is_abandoned = orders.is_abandoned();
             match orders.pop() {
                 Ok(Order::Point(job)) => {
-                    let (done, restore_failed) = self.run(job);
+                    let done = self.run(job);
+                    let is_closing = done.is_closing;
                     report(reports, Report::Done(Box::new(done)));
-                    // The next point must not run with the settings of this one.
-                    if restore_failed {
+                    if is_closing {
                         return self.close();
                     }
                 }
@@ -148,12 +149,14 @@ impl<'a> Ticking<'a> {
         }
     }
 
-    /// Runs a point, then restores the rig's own settings. The second value tells whether restoring them failed.
-    fn run(&mut self, mut job: Box<Job<'a>>) -> (Done<'a>, bool) {
+    /// Runs a point, then restores the rig's own settings. The session closes itself where that fails, because the next point
+    /// must not run with the settings of this one, and where stations have lost their configuration with their supply: whoever
+    /// has looked at the rig opens it anew.
+    fn run(&mut self, mut job: Box<Job<'a>>) -> Done<'a> {
         let outcome = self.run_job(&mut job);
         let own = self.own.clone();
         let restored = self.change(&own);
-        let restore_failed = restored.is_err();
+        let is_closing = restored.is_err() || self.rig.bus_state() < BusState::SafeOp;
         let outcome = match (outcome, restored) {
             (Ok(mut outcome), Err(error)) => {
                 let reason = format!("settings cannot be restored: {error}");
@@ -163,7 +166,7 @@ impl<'a> Ticking<'a> {
             }
             (outcome, _) => outcome,
         };
-        (Done { outcome, contacts: self.contacts(), job, is_closing: restore_failed }, restore_failed)
+        Done { outcome, contacts: self.contacts(), job, is_closing }
     }
 
     /// Brings the axes to the start pose, sets the surroundings and the settings of the point, and runs it.

@@ -37,9 +37,7 @@ impl EtherCatBus {
             Group::PreOp(group) => group,
             mapped => {
                 self.group = mapped;
-                return Err(
-                    self.failure("the bus is mapped already, or has failed: recover it first".to_owned())
-                );
+                return Err(self.failure("the bus is mapped already, or has failed: open it anew".to_owned()));
             }
         };
         for (k, mut station) in group.iter_mut(&self.main).enumerate() {

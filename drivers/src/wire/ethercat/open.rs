@@ -81,33 +81,6 @@ impl EtherCatBus {
         Ok(bus)
     }
 
-    /// Begins anew after stations were lost or had their supply off: resets all stations, brings them into PRE-OP and checks
-    /// that they are those that were there before. Drives must then be opened again, and the bus mapped.
-    ///
-    /// # Errors
-    /// As [`EtherCatBus::open`]; when other stations are there than before.
-    pub fn recover(&mut self) -> Result<(), DeviceError> {
-        let before = std::mem::take(&mut self.stations);
-        let found = self.find_stations(true);
-        if found.is_ok() && before == self.stations {
-            return Ok(());
-        }
-        let now = std::mem::replace(&mut self.stations, before);
-        found?;
-        self.group = Group::Gone;
-        let names = |stations: &[StationInfo]| {
-            let name = |s: &StationInfo| format!("{} {} (serial {:08X}h)", s.station, s.name, s.serial);
-            stations.iter().map(name).collect::<Vec<_>>().join(", ")
-        };
-        Err(DeviceError::Field {
-            device: self.name.clone(),
-            field: "stations",
-            expected: names(&self.stations),
-            found: names(&now),
-            help: "the line is not the one that the run began with: restore it, or begin another run",
-        })
-    }
-
     fn find_stations(&mut self, may_let_go: bool) -> Result<(), DeviceError> {
         (self.group, self.mapped, self.clock, self.last_exchange) = (Group::Gone, None, None, None);
         self.supervisor.set_all(AlState::Init);
