@@ -57,6 +57,36 @@ fn two_drives_run_20_000_cycles_in_op_without_a_wrong_working_counter() {
     assert_eq!(clock.at, bench.now);
 }
 
+/// Whoever opens it anew sets the clocks and the start of SYNC0 again.
+#[test]
+fn a_bus_that_is_opened_a_second_time_runs_as_it_did_the_first_time() {
+    let mut first = Bench::new();
+    first.enter_op();
+    (0..500).for_each(|_| drop(first.tick(PowerTarget::Enabled)));
+    let link = first.link.clone();
+    drop(first);
+    let let_go = EtherCatSettings { may_let_go: true, ..settings() };
+    let bus = EtherCatBus::open(Box::new(link.clone()), let_go).expect("the same stations answer");
+    let mut second = Bench::on(link, bus, profile::simulated());
+    second.enter_op();
+    for _ in 0..4000 {
+        let exchange = second.tick(PowerTarget::Enabled);
+        assert_eq!(exchange.working_counter, exchange.expected);
+    }
+    assert_eq!(second.states(), [PowerState::OperationEnabled; 2]);
+}
+
+/// A clock that leaps to just after a later pulse: that pulse was, by the world, before the one that was worked on last.
+#[test]
+fn a_clock_that_leaps_between_pulses_panics_nobody() {
+    let mut bench = Bench::new();
+    bench.enter_op();
+    for k in 0..400 {
+        bench.link.inject(LineFault::ClockStep { device: k % 2, by_ns: 20_100_000 + 7_300 * k as i64 });
+        bench.exchange();
+    }
+}
+
 #[test]
 fn a_bus_without_distributed_clocks_runs_by_its_frames() {
     let mut bench = Bench::with(EtherCatSettings { distributed_clocks: None, ..settings() });

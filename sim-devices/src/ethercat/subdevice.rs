@@ -95,10 +95,12 @@ impl SubDevice {
     /// while the world is no further than the last time that it was called.
     pub(crate) fn give_pulse(&mut self, application: &mut dyn Application, now: Duration) {
         let Some(pulse) = self.esc.last_sync0(now) else { return };
-        if self.last_pulse.is_some_and(|last| pulse.number <= last.number) {
+        // Pulses count from the start that the MainDevice set: one that opens the bus anew sets another.
+        let last = self.last_pulse.filter(|last| last.start_ns == pulse.start_ns);
+        if last.is_some_and(|last| pulse.number <= last.number) {
             return;
         }
-        let first = self.last_pulse.map_or(pulse.at, |last| self.first_after(last.at, pulse.at));
+        let first = last.map_or(pulse.at, |last| self.first_after(last.at, pulse.at));
         self.last_pulse = Some(pulse);
         if std::mem::take(&mut self.outputs_wait) {
             self.deliver(application, first);
@@ -109,7 +111,7 @@ impl SubDevice {
     /// The first pulse after one and up to another one; the clock may have been moved between them.
     fn first_after(&self, last: Duration, pulse: Duration) -> Duration {
         let cycle = self.esc.clock.sync0_cycle();
-        let passed = (pulse - last).as_secs_f64() / cycle.as_secs_f64();
+        let passed = pulse.saturating_sub(last).as_secs_f64() / cycle.as_secs_f64();
         let more = (passed.round() - 1.0).clamp(0.0, f64::from(u32::MAX)) as u32;
         pulse.saturating_sub(cycle.saturating_mul(more)).max(last)
     }

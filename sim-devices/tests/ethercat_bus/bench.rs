@@ -145,7 +145,7 @@ impl Bench {
         bench.open_drive(1).expect_err("another type").to_string()
     }
 
-    fn on(link: SharedLink, bus: EtherCatBus, profile: Arc<DriveProfile>) -> Self {
+    pub(crate) fn on(link: SharedLink, bus: EtherCatBus, profile: Arc<DriveProfile>) -> Self {
         let mut bench = Self::unopened(link, bus, profile);
         bench.arm();
         bench

@@ -46,6 +46,8 @@ pub(crate) struct Clock {
 /// the number says whether two pulses are the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Sync0Pulse {
+    /// Start of the pulses in system time, ns.
+    pub(crate) start_ns: u64,
     /// Cycles since the start time.
     pub(crate) number: u64,
     /// Instant of the world.
@@ -157,7 +159,8 @@ impl Clock {
         let since_start = self.system_ns(memory, now).checked_sub(pulses.start_ns)?;
         let cycle_ns = u64::from(pulses.cycle_ns);
         let since_pulse = Duration::from_nanos(since_start % cycle_ns);
-        Some(Sync0Pulse { number: since_start / cycle_ns, at: now.saturating_sub(since_pulse) })
+        let number = since_start / cycle_ns;
+        Some(Sync0Pulse { start_ns: pulses.start_ns, number, at: now.saturating_sub(since_pulse) })
     }
 
     /// From one pulse to the next, as the MainDevice set it.
