@@ -5,8 +5,17 @@ use crate::bench::{folder, run_in};
 #[test]
 fn a_rig_on_can_runs_a_procedure_in_virtual_time() {
     let folder = folder();
-    let arguments =
-        ["run", "wired/az-friction", "--rig", "can", "--tier", "virtual", "--out", "run", "--non-interactive"];
+    let arguments = [
+        "run",
+        "wired/az-friction",
+        "--rig",
+        "can",
+        "--tier",
+        "virtual",
+        "--out",
+        "run",
+        "--non-interactive",
+    ];
     let said = run_in(folder.path(), &arguments);
     let text = std::fs::read_to_string(folder.path().join("run/results.json"))
         .unwrap_or_else(|error| panic!("{error}: {}\n{}", said.out, said.err));

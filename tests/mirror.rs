@@ -120,8 +120,7 @@ fn a_mirror_behind_a_gcs_controller_has_its_stroke_and_its_slow_serial_line_is_t
     let text = std::fs::read_to_string(path).expect("a shipped rig");
     assert!(text.contains("driver = \"ccbu40\""));
     write(folder.path(), "rig.toml", &text.replace("driver = \"ccbu40\"", "driver = \"gcs\""));
-    let arguments =
-        ["run", "quick/fsm-response", "--rig", "./rig.toml", "--out", "run", "--non-interactive"];
+    let arguments = ["run", "quick/fsm-response", "--rig", "./rig.toml", "--out", "run", "--non-interactive"];
     let said = run_in(folder.path(), &arguments);
     let run = folder.path().join("run");
     assert!(run.join("results.json").is_file(), "{}\n{}", said.out, said.err);

@@ -239,7 +239,10 @@ fn a_drive_that_holds_an_axis_is_not_reset_until_the_axes_are_secured() {
     let wire = bench.wire();
     wire.sent();
     let error = CanOpenBus::open(Box::new(wire.clone()), settings()).err().expect("it holds").to_string();
-    assert!(error.contains("node 1: torque: expected a drive that holds nothing, found statusword"), "{error}");
+    assert!(
+        error.contains("node 1: torque: expected a drive that holds nothing, found statusword"),
+        "{error}"
+    );
     assert!(error.contains("secure all axes mechanically"), "{error}");
     assert!(wire.sent().iter().all(|frame| frame.id() != 0x000), "no command of network management was sent");
     let secured = CanOpenSettings { may_let_go: true, ..settings() };

@@ -123,7 +123,10 @@ mod tests {
         let error = said(&[(rate, "loop-rate = \"500 Hz\"\ncan-bit-rate = 500000")]);
         assert!(error.contains("3.278 ms at 500 kbit/s") && error.contains("leaves 2.000 ms"), "{error}");
         let error = said(&[(rate, "loop-rate = \"500 Hz\"\ncan-bit-rate = 750000")]);
-        assert!(error.contains("`can-bit-rate` is 750000") && error.contains("800000, 1000000 bit/s"), "{error}");
+        assert!(
+            error.contains("`can-bit-rate` is 750000") && error.contains("800000, 1000000 bit/s"),
+            "{error}"
+        );
     }
 
     #[test]
