@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::bench::{Said, folder, run_in, verdict};
+use crate::bench::{Said, folder, run_in, verdict, write};
 
 fn run(folder: &Path, unit: &str, name: &str) -> Said {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../procedures/quick").join(name);
@@ -95,4 +95,40 @@ fn gyros_of_the_wrong_sign_never_come_so_far() {
     let said = run(folder.path(), "gyro-sign", "imu-consistency.toml");
     assert_eq!(said.code, 3, "{}\n{}", said.out, said.err);
     assert!(values(&folder.path().join("run"), "gyro-scale-error").is_empty(), "{}", said.out);
+}
+
+/// The shipped rig with a STIM300 in the place of its inertial unit.
+fn rig_with_stim300() -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs/sim.toml");
+    let text = std::fs::read_to_string(path).expect("a shipped rig");
+    let name = text.find("name = \"imu\"").expect("an inertial unit");
+    let begin = text[..name].rfind("[[device]]").expect("its table");
+    let end = name + text[name..].find("[[device]]").expect("another device");
+    let own = "[[device]]\nname = \"imu\"\ndriver = \"stim300\"\nports = { line = \"sim:imu\" }\n\n";
+    format!("{}{own}{}", &text[..begin], &text[end..])
+}
+
+#[test]
+fn a_stim300_takes_the_place_of_the_kvh_and_shows_its_own_noise() {
+    let folder = folder();
+    write(folder.path(), "rig.toml", &rig_with_stim300());
+    let run_on_it = |name: &str, out: &str| {
+        let procedure = format!("quick/{name}");
+        let said = run_in(
+            folder.path(),
+            &["run", &procedure, "--rig", "./rig.toml", "--out", out, "--non-interactive"],
+        );
+        assert!(folder.path().join(out).join("results.json").is_file(), "{}\n{}", said.out, said.err);
+        folder.path().join(out)
+    };
+    let run = run_on_it("imu-consistency", "consistency");
+    for id in ["GYR-SCALE", "GYR-MAP", "ACC-GRAV"] {
+        assert_eq!(verdict(&run, id), "pass", "{id}");
+    }
+    // 0.15 deg/sqrt(h) where the KVH has 0.01.
+    let run = run_on_it("imu-noise", "noise");
+    let expected = 0.15_f64.to_radians() / 60.0;
+    let walks = values(&run, "angle-random-walk");
+    assert!(walks.len() >= 3 && walks.iter().all(|n| (n / expected - 1.0).abs() < 0.2), "{walks:?}");
+    assert_eq!(verdict(&run, "GYR-ARW"), "fail");
 }

@@ -112,3 +112,19 @@ fn a_short_stroke_fails_what_its_file_says_and_nothing_else() {
         assert!(must || may || verdict == "pass", "{id} turns unannounced: {found:?}");
     }
 }
+
+#[test]
+fn a_mirror_behind_a_gcs_controller_has_its_stroke_and_its_slow_serial_line_is_told() {
+    let folder = folder();
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs/sim.toml");
+    let text = std::fs::read_to_string(path).expect("a shipped rig");
+    assert!(text.contains("driver = \"ccbu40\""));
+    write(folder.path(), "rig.toml", &text.replace("driver = \"ccbu40\"", "driver = \"gcs\""));
+    let arguments = ["run", "quick/fsm-response", "--rig", "./rig.toml", "--out", "run", "--non-interactive"];
+    let said = run_in(folder.path(), &arguments);
+    let run = folder.path().join("run");
+    assert!(run.join("results.json").is_file(), "{}\n{}", said.out, said.err);
+    assert_eq!(verdict(&run, "FSM-STR"), "pass");
+    // At 115200 bit/s a position and its acknowledgement take longer than the period of the fastest lines.
+    assert_eq!(verdict(&run, "FSM-CH"), "inconclusive");
+}

@@ -3,6 +3,7 @@
 mod bench;
 mod blind;
 mod campaigns;
+mod can;
 mod closed_loop;
 mod confounded;
 mod defects;

@@ -41,7 +41,7 @@ pub use point_settings::PointSettings;
 use wires::Ports;
 
 /// Age in periods of a gyro sample beyond which the loop falls back on the encoder (safety.md: ten periods).
-const FEEDBACK_AGE_TICKS: u32 = 10;
+pub(crate) const FEEDBACK_AGE_TICKS: u32 = 10;
 
 /// Time of the first tick is a multiple of this.
 const OPENING: Duration = Duration::from_millis(100);
@@ -132,7 +132,7 @@ impl ArmedRig {
         self.devices.poll(&mut self.ports, now);
         self.instruments.poll(&mut self.ports, now);
         let seen = self.gimbal.map(|gimbal| gimbal.both().map(|axis| &self.actuals[axis]));
-        self.feedback.update(self.devices.rate_sensor().map(|sensor| sensor.unit), seen, self.pace.passed());
+        self.feedback.update(self.devices.rate_sensor(), seen, self.pace.passed());
         self.reckon();
     }
 

@@ -96,6 +96,17 @@ pub fn serve(
     stop: &AtomicU16,
     say: &mut dyn FnMut(&str),
 ) -> Result<Report, SimError> {
+    if settings.rig.can.is_some() {
+        return Err(DeviceError::Field {
+            device: format!("rig `{}`", settings.rig.id),
+            field: "bus",
+            expected: "drives on EtherCAT".to_owned(),
+            found: "drives on a CAN bus, whose nodes this simulator does not serve to another process"
+                .to_owned(),
+            help: "rehearse the rig in process with `bench run --tier virtual`",
+        }
+        .into());
+    }
     let name = far_interface(settings)?;
     let path = match &settings.control {
         Some(path) => path.clone(),

@@ -15,6 +15,7 @@ use crate::rig::OpenRig;
 pub use crate::rig::identities::BusGrounds;
 use crate::site::unit::Unit;
 
+mod can;
 mod far_lines;
 pub mod interface;
 pub(crate) mod lines;

@@ -5,6 +5,7 @@
 //! error number behind it. One request is under way at a time.
 
 mod error;
+mod mirror;
 mod record;
 mod request;
 #[cfg(test)]
@@ -12,6 +13,7 @@ mod tests;
 
 use std::time::Duration;
 
+pub use self::mirror::{GcsMirror, GcsMirrorSettings};
 pub use self::record::Record;
 pub use self::request::{RecordOption, Request, TriggerSource};
 

@@ -34,6 +34,8 @@ use crate::wire::ByteLine;
 
 /// Silence after which a unit with an external trigger is stale; the driver does not know how often it is triggered.
 const STALE_TRIGGERED_S: f64 = 0.02;
+/// Numbers of measurements begin anew after so many.
+const SEQUENCE_MODULUS: u32 = 128;
 /// Bits of a status byte that speak of the whole unit: system integrity, start-up, outside operating conditions.
 const WHOLE_UNIT_BITS: u8 = 0b1110_0000;
 /// Bits of a status byte that say that something is wrong with the channels of bits 0 to 2: overload, error.
@@ -95,6 +97,9 @@ pub struct Sample {
     pub accelerometer_status: u8,
     /// Number of the internal sample, 2000 per second, modulo 256.
     pub counter: u8,
+    /// Number of the measurement modulo 128. Lost measurements and those that special datagrams replaced are counted, with an
+    /// external trigger only those that came.
+    pub sequence: u8,
     /// Time from the sampling to the first bit, as the unit says.
     pub latency_s: f64,
     /// Latest time of the sampling since the start of the run: that of the poll less the time of the bytes on the wire and less
@@ -130,21 +135,25 @@ pub struct Stim300 {
 }
 
 impl Stim300 {
-    /// What the driver publishes each tick, in the order of [`Stim300::row`]. The temperature is not a number if the datagram
-    /// carries none. `status` holds the status byte of the gyros, plus 256 times that of the accelerometers.
+    /// What the driver publishes each tick, in the order of [`Stim300::row`]. `status` holds the status byte of the gyros, plus 256
+    /// times that of the accelerometers.
     pub const CHANNELS: &'static [Channel] = &[
+        channel("temperature_degc", "degC", Width::F32),
         channel("rate_x_rad_per_s", "rad/s", Width::F32),
         channel("rate_y_rad_per_s", "rad/s", Width::F32),
         channel("rate_z_rad_per_s", "rad/s", Width::F32),
         channel("acceleration_x_m_per_s2", "m/s^2", Width::F32),
         channel("acceleration_y_m_per_s2", "m/s^2", Width::F32),
         channel("acceleration_z_m_per_s2", "m/s^2", Width::F32),
-        channel("temperature_degc", "degC", Width::F32),
         channel("latency_s", "s", Width::F32),
         channel("status", "", Width::U16),
         channel("counter", "", Width::U16),
+        channel("sequence", "", Width::U16),
         channel("age_ticks", "", Width::U16),
     ];
+
+    /// The channels of a unit whose datagram carries no temperature: all but the first.
+    pub const CHANNELS_WITHOUT_TEMPERATURE: &'static [Channel] = Self::CHANNELS.split_at(1).1;
 
     fn new(settings: Stim300Settings, identity: Stim300Identity) -> Self {
         let byte_s = identity.configuration.bits_per_byte() / f64::from(settings.bit_rate);
@@ -252,6 +261,10 @@ impl Stim300 {
         let samples = self.identity.configuration.sample_rate.samples_per_measurement();
         let special_came = std::mem::take(&mut self.special_came);
         self.count_lost(passed, samples);
+        let numbers = match samples {
+            Some(samples) if self.seen => (passed / samples.max(1)).max(1),
+            _ => 1,
+        };
         let elapsed_s = self.seen.then(|| f64::from(passed) / INTERNAL_RATE_HZ);
         // What passed while a special datagram was sent is not in the increments behind it (TS1524, section 8).
         let interval_s = match samples {
@@ -282,6 +295,7 @@ impl Stim300 {
             gyro_status: measurement.gyros.status,
             accelerometer_status: measurement.accelerometers.status,
             counter: measurement.counter,
+            sequence: ((u32::from(self.last.sequence) + numbers) % SEQUENCE_MODULUS) as u8,
             latency_s: 1e-6 * f64::from(measurement.latency_us),
             sampled_at: self.last.sampled_at,
         };
@@ -399,16 +413,17 @@ impl Stim300 {
         &self.settings
     }
 
-    /// The values in the order of [`Stim300::CHANNELS`]; all 0 but the temperature before the first measurement.
-    pub fn row(&self) -> [f64; 11] {
+    /// The values in the order of [`Stim300::CHANNELS`]; all 0 but the temperature before the first measurement. The temperature is
+    /// not a number if the datagram carries none.
+    pub fn row(&self) -> [f64; 12] {
         let last = &self.last;
         let [x, y, z] = last.rate_rad_per_s;
         let [ax, ay, az] = last.acceleration_m_per_s2;
         let temperature_degc = last.temperature_degc.unwrap_or(f64::NAN);
         let status = f64::from(last.gyro_status) + 256.0 * f64::from(last.accelerometer_status);
-        let counter = f64::from(last.counter);
+        let [counter, sequence] = [last.counter, last.sequence].map(f64::from);
         let age_ticks = f64::from(self.freshness.age_ticks);
-        [x, y, z, ax, ay, az, temperature_degc, last.latency_s, status, counter, age_ticks]
+        [temperature_degc, x, y, z, ax, ay, az, last.latency_s, status, counter, sequence, age_ticks]
     }
 
     fn error(&self, field: &'static str, expected: String, found: String, help: &'static str) -> DeviceError {

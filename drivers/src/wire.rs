@@ -213,6 +213,12 @@ pub trait Fieldbus: SdoWire {
         None
     }
 
+    /// Time of the bus since the start of the run; `None` for a bus that has none of its own. Opening and mapping take time on a bus
+    /// whose time passes while somebody waits for an answer.
+    fn now(&self) -> Option<Duration> {
+        None
+    }
+
     /// Tells what stations have said by themselves since this was last called, oldest first.
     fn tell_notices(&mut self, _tell: &mut dyn FnMut(Notice)) {}
 

@@ -6,7 +6,7 @@
 use std::time::Duration;
 
 use crate::faults::FaultSchedule;
-use crate::kvh::Kvh;
+use crate::payload::Imu;
 use crate::physics::encoder::EncoderFault;
 use crate::physics::noise::SeedAddress;
 use drivers::device::DeviceError;
@@ -51,7 +51,7 @@ pub(crate) trait Plant {
     fn lose_mains(&mut self);
 
     /// The inertial unit; `None` where there is none.
-    fn imu(&mut self) -> Option<&mut Kvh> {
+    fn imu(&mut self) -> Option<&mut Imu> {
         None
     }
 

@@ -8,9 +8,8 @@ use crate::analog_card::AnalogChannels;
 use crate::analyser::Analyser;
 use crate::bus::{BusSettings, DcLink, Plant, Station, VirtualBus};
 use crate::cia402::Drive;
-use crate::kvh::Kvh;
 use crate::operator::{Operator, PullSettings};
-use crate::payload::Payload;
+use crate::payload::{DeviceTypes, Imu, Payload};
 use crate::physics::noise::SeedAddress;
 use crate::scene::SceneTruth;
 use crate::scope::Scope;
@@ -49,6 +48,7 @@ impl DirectorBus {
         address: &SeedAddress,
         start: StartState,
         sync_rate_hz: f64,
+        types: DeviceTypes,
     ) -> Self {
         let step_s = 1.0 / unit.step_rate_hz;
         let world = World::new(unit, start);
@@ -62,10 +62,10 @@ impl DirectorBus {
                 Drive::new(AXIS_NAMES[k], serial, settings, address, angle_rad, heat_sink_degc, step_s);
             Station::new(drive, settings, unit.wiring.claimed_vendor())
         });
-        let payload = Payload::new(unit, address, world.frame(), sync_rate_hz);
+        let payload = Payload::new(types, unit, address, world.frame(), sync_rate_hz);
         let plant = Director {
             instruments: Instruments {
-                analyser: Analyser::new(&unit.instruments, address, &payload.mirror),
+                analyser: Analyser::new(&unit.instruments, address, payload.mirror.mirror()),
                 scope: Scope::new(unit, address),
                 channels: AnalogChannels::new(&unit.instruments, address, sync_rate_hz),
             },
@@ -88,7 +88,7 @@ impl DirectorBus {
         let now = self.now();
         let director = &mut self.plant;
         let motion = director.world.motion();
-        let mirror_rad = director.payload.mirror.angle_rad();
+        let mirror_rad = director.payload.mirror.mirror().angle_rad();
         (director.payload.scene.truth(now, &motion, mirror_rad), mirror_rad)
     }
 }
@@ -166,7 +166,7 @@ impl Plant for Director {
         self.dc_link.lose_mains();
     }
 
-    fn imu(&mut self) -> Option<&mut Kvh> {
+    fn imu(&mut self) -> Option<&mut Imu> {
         Some(&mut self.payload.imu)
     }
 

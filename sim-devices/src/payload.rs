@@ -1,14 +1,30 @@
 //! What rides on the gimbal: inertial unit, mirror, cameras, and the sky they look into.
 
+mod imu;
+mod mirror;
+
 use std::time::Duration;
 
-use crate::kvh::Kvh;
-use crate::mirror::Mirror;
-use crate::motion::FrameMotion;
+use crate::motion::{FrameMotion, Motion};
 use crate::physics::delay::DelayLine;
 use crate::physics::noise::SeedAddress;
 use crate::scene::Scene;
 use crate::unit::UnitSettings;
+
+pub use self::imu::ImuType;
+pub use self::mirror::MirrorType;
+
+pub(crate) use self::imu::Imu;
+pub(crate) use self::mirror::MirrorUnit;
+
+/// Makes of the devices on the gimbal.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DeviceTypes {
+    /// Inertial unit.
+    pub imu: ImuType,
+    /// Controller of the mirror.
+    pub mirror: MirrorType,
+}
 
 /// Gauge monitors of the mirror, then its command inputs: channels of the analog card.
 pub(crate) const MIRROR_AXES: usize = 2;
@@ -16,8 +32,8 @@ pub(crate) const MIRROR_AXES: usize = 2;
 /// Devices on the gimbal.
 #[derive(Debug)]
 pub(crate) struct Payload {
-    pub(crate) imu: Kvh,
-    pub(crate) mirror: Mirror,
+    pub(crate) imu: Imu,
+    pub(crate) mirror: MirrorUnit,
     pub(crate) scene: Scene,
     /// Motions of the last steps: the inertial unit filters, so its messages are late.
     motions: DelayLine<FrameMotion>,
@@ -36,18 +52,20 @@ const ROUNDING_STEPS: f64 = 1e-6;
 impl Payload {
     /// Devices at the start of a point on a structure that does this; `pulse_rate_hz` synchronises the inertial unit.
     pub(crate) fn new(
+        types: DeviceTypes,
         unit: &UnitSettings,
         address: &SeedAddress,
         motion: FrameMotion,
         pulse_rate_hz: f64,
     ) -> Self {
-        let age = unit.imu.delay_s * unit.step_rate_hz;
+        let imu = Imu::new(types.imu, unit, address, pulse_rate_hz);
+        let age = imu.delay_s() * unit.step_rate_hz;
         let age_steps = age as usize;
         let scene = Scene::new(unit, address);
         Self {
             look_step: look_step(&scene, unit.step_rate_hz),
-            imu: Kvh::new(&unit.imu, address, pulse_rate_hz).after(unit.planned_s),
-            mirror: Mirror::new(&unit.mirror, address, 1.0 / unit.step_rate_hz),
+            imu,
+            mirror: MirrorUnit::new(types.mirror, unit, address),
             scene,
             motions: DelayLine::new(age_steps + 2, motion),
             age_steps,
@@ -62,6 +80,9 @@ impl Payload {
     pub(crate) fn step(&mut self, step: u64, motion: FrameMotion) {
         self.motions.push(motion);
         self.mirror.step(step);
+        let Self { motions, age_steps, age_rest, .. } = self;
+        let now_s = (step + 1) as f64 / self.step_rate_hz;
+        self.imu.reach(now_s, || aged(motions, *age_steps, *age_rest));
         if step >= self.look_step {
             self.look_after(step);
         }
@@ -76,17 +97,23 @@ impl Payload {
 
     /// Lets the cameras expose what is due.
     pub(crate) fn look(&mut self, now: Duration) {
-        self.scene.advance(now, &self.motions.ago(0).into(), self.mirror.angle_rad());
+        self.scene.advance(now, &self.motions.ago(0).into(), self.mirror.mirror().angle_rad());
         self.look_step = look_step(&self.scene, self.step_rate_hz);
     }
 
     /// The synchronisation pulse of an exchange at `now`.
     pub(crate) fn pulse(&mut self, now: Duration) {
         let tick = (now.as_secs_f64() * self.pulse_rate_hz).round_ties_even() as u64;
-        let young = self.motions.ago(self.age_steps);
-        let old = self.motions.ago(self.age_steps + 1);
-        self.imu.pulse(tick, &young.towards(&old, self.age_rest).into());
+        let Self { motions, age_steps, age_rest, .. } = self;
+        self.imu.pulse(tick, || aged(motions, *age_steps, *age_rest));
     }
+}
+
+/// The motion so many steps ago.
+fn aged(motions: &DelayLine<FrameMotion>, age_steps: usize, age_rest: f64) -> Motion {
+    let young = motions.ago(age_steps);
+    let old = motions.ago(age_steps + 1);
+    young.towards(&old, age_rest).into()
 }
 
 /// The step at whose end the next shutter is due.

@@ -19,6 +19,7 @@ use handles::{
 
 pub use crate::cia402::DriveType;
 pub use crate::faults::Fault;
+pub use crate::payload::{DeviceTypes, ImuType, MirrorType};
 pub use crate::physics::encoder::EncoderFault;
 pub use crate::physics::noise::SeedAddress;
 pub use crate::world::{AxesTruth, AxisTruth, StartState, WorldRecord};
@@ -41,7 +42,19 @@ impl SimulatedRig {
 
     /// A rig with another rate of exchange: each exchange is a synchronisation pulse for the inertial unit.
     pub fn at_rate(unit: &UnitSettings, address: &SeedAddress, start: StartState, sync_rate_hz: f64) -> Self {
-        Self { bus: Rc::new(RefCell::new(DirectorBus::of_director(unit, address, start, sync_rate_hz))) }
+        Self::with_devices(unit, address, start, sync_rate_hz, DeviceTypes::default())
+    }
+
+    /// A rig with devices of other makes on its gimbal.
+    pub fn with_devices(
+        unit: &UnitSettings,
+        address: &SeedAddress,
+        start: StartState,
+        sync_rate_hz: f64,
+        types: DeviceTypes,
+    ) -> Self {
+        let bus = DirectorBus::of_director(unit, address, start, sync_rate_hz, types);
+        Self { bus: Rc::new(RefCell::new(bus)) }
     }
 
     /// A handle to the one bus that carries both drives: station 1 azimuth, station 2 elevation.

@@ -7,6 +7,7 @@
 
 mod console;
 mod datagram;
+mod sensors;
 mod setup;
 #[cfg(test)]
 mod tests;
@@ -22,6 +23,7 @@ use drivers::wire::ByteLine;
 
 use self::console::{Console, Order};
 use self::datagram::{Body, Cluster, Datagram};
+pub(crate) use self::sensors::of_type;
 pub use self::setup::Stim300Setup;
 pub use crate::inertial_unit::MessageFault;
 use crate::inertial_unit::{InertialSensors, Readings};
@@ -32,7 +34,8 @@ use crate::unit::ImuSettings;
 
 /// The g of the datasheet's conversions, m/s².
 const STANDARD_GRAVITY_M_PER_S2: f64 = 9.806_65;
-const INTERNAL_RATE_HZ: f64 = 2000.0;
+/// Internal samples per second.
+pub(crate) const INTERNAL_RATE_HZ: f64 = 2000.0;
 /// Time from power-up and from a reset to the first datagram (TS1524, table 5-2).
 const POWER_UP_S: f64 = 0.3;
 const RESET_S: f64 = 0.2;

@@ -12,9 +12,12 @@ use crate::model::device::DeviceEntry;
 use crate::model::rig::{Gimbal, Rig, Tier};
 use crate::model::safety::Safety;
 use crate::model::stopping::{Loads, StopModel};
-use crate::rig::devices::reference;
+use crate::rig::FEEDBACK_AGE_TICKS;
+use crate::rig::devices::inertial::DATA_RATE;
+use crate::rig::devices::{driver, reference};
 
 mod axes;
+mod can;
 mod connections;
 mod device;
 mod drive;
@@ -70,17 +73,7 @@ fn read(t: &mut TableReader<'_>, drives: &mut Drives) -> Option<Rig> {
         let station = connections.station(t);
         read_axis(t, name, cycle_s, whole, |t, safety| drives.read(t, name, tier, cycle_s, safety, station))
     });
-    if loop_rate_hz.is_some_and(|hz| !(LOOP_RATES_HZ[0]..=LOOP_RATES_HZ[1]).contains(&hz)) {
-        let help = format!(
-            "choose one from {} Hz to {} Hz; the director's own is 4 kHz",
-            LOOP_RATES_HZ[0], LOOP_RATES_HZ[1]
-        );
-        t.mistake("loop-rate", "no drive of this rig can be commanded at this rate", Some(help));
-    } else if let Some(Err(error)) = cycle_s.map(check_cycle) {
-        let help =
-            "choose a rate whose period is such a number, as 4 kHz (25e-5 s), 2 kHz, 1 kHz, 500 Hz or 250 Hz";
-        t.mistake("loop-rate", format!("no drive accepts this period: {error}"), Some(help.to_owned()));
-    }
+    check_rate(t, loop_rate_hz, cycle_s);
     let before = t.mistakes();
     let placed = if t.has("device") { t.tables("device", device::read) } else { Some(Vec::new()) };
     device::clashes(t, placed.as_deref().unwrap_or_default());
@@ -92,16 +85,21 @@ fn read(t: &mut TableReader<'_>, drives: &mut Drives) -> Option<Rig> {
     let terminals = if t.has("terminal") { t.tables("terminal", terminal::read) } else { Some(Vec::new()) };
     let input = terminal::read_input(t);
     connections.check_terminals(t, terminals.as_deref().unwrap_or_default(), input.as_ref());
+    let can = can::read(t, connections.is_can(), axes.as_deref(), cycle_s);
     let wires = connections.interface(t, devices.as_deref().unwrap_or_default());
     let instruments =
         if t.has("instrument") { t.tables("instrument", instrument::read) } else { Some(Vec::new()) };
     check_gyros(t, axes.as_deref(), devices.as_deref());
+    if let (Some(axes), Some(devices), Some(rate_hz)) = (&axes, &devices, loop_rate_hz) {
+        check_gyro_type(t, axes, devices, rate_hz);
+    }
     Some(Rig {
         id: id?,
         title: title?,
         tier: tier?,
-        follows_sync0: wires.as_ref()?.is_some() && axes.as_ref()?.iter().all(has_sync0),
+        follows_sync0: can.is_none() && wires.as_ref()?.is_some() && axes.as_ref()?.iter().all(has_sync0),
         interface: wires?,
+        can,
         loop_rate_hz: loop_rate_hz?,
         max_missed_periods: u32::try_from(missed?).ok()?,
         parameters: parameters?,
@@ -116,6 +114,21 @@ fn read(t: &mut TableReader<'_>, drives: &mut Drives) -> Option<Rig> {
     })
 }
 
+/// A rate of the tick that a drive can be commanded at.
+fn check_rate(t: &mut TableReader<'_>, loop_rate_hz: Option<f64>, cycle_s: Option<f64>) {
+    if loop_rate_hz.is_some_and(|hz| !(LOOP_RATES_HZ[0]..=LOOP_RATES_HZ[1]).contains(&hz)) {
+        let help = format!(
+            "choose one from {} Hz to {} Hz; the director's own is 4 kHz",
+            LOOP_RATES_HZ[0], LOOP_RATES_HZ[1]
+        );
+        t.mistake("loop-rate", "no drive of this rig can be commanded at this rate", Some(help));
+    } else if let Some(Err(error)) = cycle_s.map(check_cycle) {
+        let help =
+            "choose a rate whose period is such a number, as 4 kHz (25e-5 s), 2 kHz, 1 kHz, 500 Hz or 250 Hz";
+        t.mistake("loop-rate", format!("no drive accepts this period: {error}"), Some(help.to_owned()));
+    }
+}
+
 fn has_sync0(axis: &RigAxis) -> bool {
     axis.drive.profile.clock.has_sync0
 }
@@ -127,6 +140,38 @@ fn check_gyros(t: &mut TableReader<'_>, axes: Option<&[RigAxis]>, devices: Optio
     if axes.is_some_and(by_gyro) && !devices.is_none_or(has_gyro) {
         let help = "add an inertial unit as a `[[device]]`, or close the loop on the encoder".to_owned();
         t.mistake("axis", "a velocity loop uses the gyro, but the rig has no inertial unit", Some(help));
+    }
+}
+
+/// Velocity loops on the gyro ask for messages that are often enough and for rates that the gyros measure.
+fn check_gyro_type(t: &mut TableReader<'_>, axes: &[RigAxis], devices: &[DeviceEntry], loop_rate_hz: f64) {
+    let unit = devices.iter().find(|entry| entry.role == Some(DeviceRole::InertialUnit));
+    let mut by_gyro = axes.iter().filter(|axis| axis.velocity_feedback == VelocityFeedback::Gyro).peekable();
+    let (Some(unit), Some(_)) = (unit, by_gyro.peek()) else { return };
+    let least_hz = loop_rate_hz / f64::from(FEEDBACK_AGE_TICKS);
+    if let Some(rate_hz) = unit.optional_number(DATA_RATE).filter(|rate_hz| *rate_hz < least_hz) {
+        let message = format!(
+            "`{}` sends {rate_hz} messages a second, its velocity loops need at least {least_hz}",
+            unit.name
+        );
+        let help = format!(
+            "raise `{DATA_RATE}`, lower `loop-rate`, or close the loops on the encoders: a message that is older than \
+             {FEEDBACK_AGE_TICKS} periods is not used"
+        );
+        t.mistake("device", message, Some(help));
+    }
+    let range = driver(unit.driver).and_then(|driver| driver.rate_range_rad_per_s);
+    let fastest = by_gyro.find(|axis| range.is_some_and(|r| axis.guard.safety.trip_velocity_rad_per_s > r));
+    if let (Some(axis), Some(range)) = (fastest, range) {
+        let text = |rad_per_s| procedures::quantity::QuantityKind::AngularVelocity.format(rad_per_s);
+        let message = format!(
+            "axis `{}` trips at {}, the gyros of `{}` measure up to {}",
+            axis.name,
+            text(axis.guard.safety.trip_velocity_rad_per_s),
+            unit.name,
+            text(range)
+        );
+        t.mistake("axis", message, Some("lower `trip-velocity`, or take another inertial unit".to_owned()));
     }
 }
 

@@ -19,12 +19,21 @@ pub enum Address {
         /// Alias of the SubDevice, or its place on the wire, from 1.
         station: u16,
     },
+    /// A node on a CAN bus, `can:can0/5`.
+    Can {
+        /// Network interface of the bus.
+        interface: String,
+        /// Node-ID.
+        node: u8,
+    },
     /// A serial port, a TCP connection or a UDP port, `tcp:192.168.1.20:5025`.
     Line(LineAddress),
 }
 
 /// Longest name of a network interface (IFNAMSIZ less its NUL).
 const LONGEST_INTERFACE: usize = 15;
+/// Largest node-ID of a drive: 127 is the bench's own.
+const MOST_NODE: u8 = 126;
 
 impl Address {
     /// Reads an address.
@@ -36,10 +45,11 @@ impl Address {
         match sort {
             "sim" if !rest.is_empty() => Ok(Self::Simulated { name: rest.to_owned() }),
             "ethercat" => ethercat(rest),
+            "can" => can(rest),
             sort if LINE_SORTS.contains(&sort) => LineAddress::parse(text).map(Self::Line),
             _ => {
                 let lines = LINE_SORTS.join(", ");
-                Err(format!("write type and name, e.g. `sim:imu`; types are sim, ethercat, {lines}"))
+                Err(format!("write type and name, e.g. `sim:imu`; types are sim, ethercat, can, {lines}"))
             }
         }
     }
@@ -52,14 +62,32 @@ fn ethercat(rest: &str) -> Result<Address, String> {
             .to_owned()
     };
     let (interface, station) = rest.split_once('/').ok_or_else(expected)?;
-    let is_name = !interface.is_empty()
-        && interface.len() <= LONGEST_INTERFACE
-        && interface.chars().all(|c| c.is_ascii_graphic() && c != ':');
     let station = station.parse().ok().filter(|&station: &u16| station > 0);
     match station {
-        Some(station) if is_name => Ok(Address::EtherCat { interface: interface.to_owned(), station }),
+        Some(station) if is_interface(interface) => {
+            Ok(Address::EtherCat { interface: interface.to_owned(), station })
+        }
         _ => Err(expected()),
     }
+}
+
+fn can(rest: &str) -> Result<Address, String> {
+    let expected = || {
+        format!("write interface and node-ID of 1 to {MOST_NODE}, e.g. `can:can0/5`: 127 is the bench's own")
+    };
+    let (interface, node) = rest.split_once('/').ok_or_else(expected)?;
+    let node = node.parse().ok().filter(|node| (1..=MOST_NODE).contains(node));
+    match node {
+        Some(node) if is_interface(interface) => Ok(Address::Can { interface: interface.to_owned(), node }),
+        _ => Err(expected()),
+    }
+}
+
+/// Whether a text can be the name of a network interface.
+fn is_interface(name: &str) -> bool {
+    !name.is_empty()
+        && name.len() <= LONGEST_INTERFACE
+        && name.chars().all(|c| c.is_ascii_graphic() && c != ':')
 }
 
 impl fmt::Display for Address {
@@ -67,6 +95,7 @@ impl fmt::Display for Address {
         match self {
             Self::Simulated { name } => write!(f, "sim:{name}"),
             Self::EtherCat { interface, station } => write!(f, "ethercat:{interface}/{station}"),
+            Self::Can { interface, node } => write!(f, "can:{interface}/{node}"),
             Self::Line(line) => line.fmt(f),
         }
     }
@@ -82,6 +111,7 @@ mod tests {
             "sim:imu",
             "ethercat:enp3s0/1001",
             "ethercat:ecm/1",
+            "can:can0/5",
             "serial:/dev/ttyUSB0?baud=4147200",
             "tcp:192.168.1.20:5025",
             "udp:192.168.1.21:6000?bind=192.168.1.2:6001",
@@ -106,7 +136,11 @@ mod tests {
             "ethercat:ecm/-1",
             "ethercat:a b/1",
             "ethercat:0123456789abcdef/1",
-            "can:can0/5",
+            "can:",
+            "can:can0",
+            "can:can0/0",
+            "can:can0/127",
+            "can:/5",
             "serial:ttyUSB0",
             "tcp:5025",
             "udp:192.168.1.21:6000",

@@ -64,6 +64,13 @@ impl Gimbal {
     }
 }
 
+/// A CAN bus.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CanBus {
+    /// Bit rate that its interface is set to.
+    pub bit_rate_hz: f64,
+}
+
 /// A rig.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rig {
@@ -73,8 +80,10 @@ pub struct Rig {
     pub title: String,
     /// Fidelity.
     pub tier: Tier,
-    /// Network interface of the EtherCAT wire of the drives; `None` for drives in this process.
+    /// Network interface of the wire of the drives; `None` for drives in this process.
     pub interface: Option<String>,
+    /// The CAN bus of the drives, also where it is rehearsed in this process; `None` for drives that are not on CAN.
+    pub can: Option<CanBus>,
     /// Whether the drives follow SYNC0 of an EtherCAT wire, the frames passing half a cycle after each pulse.
     pub follows_sync0: bool,
     /// Loop rate.
@@ -112,7 +121,7 @@ impl Rig {
         Axes::new(self.axes.iter().map(known).collect())
     }
 
-    /// Network interface of the EtherCAT wire of the drives; `None` for drives in this process.
+    /// Network interface of the wire of the drives, EtherCAT or CAN; `None` for drives in this process.
     pub fn interface(&self) -> Option<&str> {
         self.interface.as_deref()
     }

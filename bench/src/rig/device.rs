@@ -3,7 +3,6 @@
 use std::time::Duration;
 
 use drivers::device::{Channel, DeviceError};
-use drivers::kvh::Kvh;
 use drivers::tracker;
 use procedures::case::{Case, Mode};
 
@@ -69,7 +68,7 @@ pub trait Device {
     fn row(&mut self, row: &mut [f64]);
 
     /// The device as the sensor of the axes' rates.
-    fn rate_sensor(&self) -> Option<RateSensor<'_>> {
+    fn rate_sensor(&self) -> Option<RateSensor> {
         None
     }
 
@@ -90,14 +89,31 @@ pub trait Device {
 }
 
 /// The sensor of the axes' rates, and the errors that the rig file declares of it.
-#[derive(Clone, Copy)]
-pub struct RateSensor<'a> {
-    /// The unit.
-    pub unit: &'a Kvh,
+#[derive(Clone, Copy, Debug)]
+pub struct RateSensor {
+    /// Newest message; `None` before the first.
+    pub newest: Option<RateSample>,
+    /// Ticks since it arrived.
+    pub age_ticks: u16,
+    /// Messages that came with the last poll.
+    pub new_count: u32,
+    /// Messages per second.
+    pub message_rate_hz: f64,
     /// Share of the motion of one axis that it may show as motion of another.
     pub cross_axis_ratio: f64,
     /// Rate that it may show at rest, without that of the Earth.
     pub bias_rad_per_s: f64,
+}
+
+/// A message of an inertial unit.
+#[derive(Clone, Copy, Debug)]
+pub struct RateSample {
+    /// Angular rates about X, Y, Z, positive by the right-hand rule.
+    pub rate_rad_per_s: [f64; 3],
+    /// Whether all gyros are valid in it.
+    pub is_valid: bool,
+    /// Number of the message, which wraps.
+    pub sequence: u8,
 }
 
 /// A mirror with two tilts: azimuth, elevation.

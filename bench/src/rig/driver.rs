@@ -75,6 +75,8 @@ pub struct Driver {
     pub role: Option<DeviceRole>,
     /// Role of the `[[instrument]]` whose certificate vouches for its readings; `None` where the device belongs to the unit.
     pub certified_as: Option<&'static str>,
+    /// Largest rate that its gyros measure; `None` for what has none.
+    pub rate_range_rad_per_s: Option<f64>,
     /// Ports that the device hangs on.
     pub ports: &'static [PortField],
     /// Keys of its settings. Their shapes are quantities, lists of quantities, whole numbers, texts and choices.

@@ -4,7 +4,8 @@ use controllers::DirectorGains;
 use controllers::earth_rate::EarthRate;
 use controllers::line_of_sight::ImuMount;
 use drivers::cia402::Actuals;
-use drivers::kvh::Kvh;
+
+use super::device::RateSensor;
 
 /// Newest rates of azimuth and elevation relative to the ground.
 #[derive(Clone, Debug)]
@@ -44,20 +45,20 @@ impl RateFeedback {
 
     /// Once a tick, so many periods after the one before: turns the newest valid sample into axis rates; `axes` are azimuth
     /// and elevation, `None` on a rig without gimbal. Without a new sample the rates stay and age.
-    pub(crate) fn update(&mut self, imu: Option<&Kvh>, axes: Option<[&Actuals; 2]>, passed: u32) {
+    pub(crate) fn update(&mut self, imu: Option<RateSensor>, axes: Option<[&Actuals; 2]>, passed: u32) {
         self.age_ticks = self.age_ticks.saturating_add(passed);
         self.silent_ticks = self.silent_ticks.saturating_add(passed);
         self.unsmoothed = self.unsmoothed.map(|periods| periods.saturating_add(passed));
         let (Some(imu), Some([az, el])) = (imu, axes) else { return };
-        let valid = imu.sample().filter(|sample| sample.valid[..3] == [true; 3]);
-        if let (0, Some(sample)) = (imu.age_ticks(), valid) {
+        let valid = imu.newest.filter(|sample| sample.is_valid);
+        if let (0, Some(sample)) = (imu.age_ticks, valid) {
             let rates = self.mount.axis_rates(sample.rate_rad_per_s, el.position_rad);
             // What the gyro reads on an axis that stands still on the Earth is no motion of that axis.
             self.rad_per_s = [
                 rates.az_rad_per_s - self.earth.azimuth_rad_per_s(),
                 rates.el_rad_per_s - self.earth.elevation_rad_per_s(az.position_rad),
             ];
-            self.age_ticks = self.unexplained(imu, passed);
+            self.age_ticks = self.unexplained(&imu, passed);
             self.silent_ticks = 0;
             // What the gyro said before a gap and the encoder after it are not of the same time.
             if self.age_ticks == 0 {
@@ -68,8 +69,8 @@ impl RateFeedback {
 
     /// Periods of a gap that no message is there for. A unit that sends on its own has sent on in the gap; one that is
     /// triggered by the loop has waited, and its newest message is from before the gap.
-    fn unexplained(&self, imu: &Kvh, passed: u32) -> u32 {
-        let messages_s = f64::from(imu.new_count()) / imu.settings().message_rate_hz;
+    fn unexplained(&self, imu: &RateSensor, passed: u32) -> u32 {
+        let messages_s = f64::from(imu.new_count) / imu.message_rate_hz;
         passed.saturating_sub((messages_s / self.period_s).ceil() as u32)
     }
 

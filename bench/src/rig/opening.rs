@@ -48,7 +48,7 @@ impl OpenRig {
     /// The first device that is missing, does not answer, refuses an object or reads back something else.
     pub fn open(wires: Wires, rig: &Rig, gains: &DirectorGains, clock: &Clock) -> Result<Self, DeviceError> {
         let Wires { mut bus, mut ports } = wires;
-        let mut now = clock.wait_until(Duration::ZERO);
+        let mut now = clock.wait_until(Duration::ZERO).max(bus.now().unwrap_or_default());
         let opened = open_drives(&mut *bus, rig, clock, &mut now)?;
         let closed = devices::closed(rig);
         let (devices, mut now) = Devices::open(closed.devices, &mut ports, clock, now)?;
@@ -106,7 +106,7 @@ impl OpenRig {
             stop.check(&mut self.ports, clock.now())?;
         }
         self.bus.request(BusState::SafeOp);
-        self.opened_at = self.opened_at.max(clock.now());
+        self.opened_at = self.opened_at.max(clock.now()).max(self.bus.now().unwrap_or_default());
         let axes = self.drives.len();
         let phase = Phase::of(clock, &self.axes);
         let mut armed = ArmedRig {

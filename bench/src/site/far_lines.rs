@@ -4,10 +4,12 @@ use drivers::device::DeviceError;
 use drivers::wire::lines::LineAddress;
 use drivers::wire::{ByteLine, DatagramPort};
 use procedures::device::DeviceRole;
-use sim_devices::rig::SimulatedRig;
+use sim_devices::rig::{DeviceTypes, ImuType, MirrorType, SimulatedRig};
+use sim_devices::stim300::Stim300Setup;
 
 use crate::model::device::DeviceEntry;
 use crate::model::rig::Rig;
+use crate::rig::devices::{gcs, stim300};
 
 /// A line of a rig, and the simulated device behind it.
 pub(crate) struct FarLine {
@@ -25,6 +27,31 @@ pub(crate) enum FarEnd {
     Line(Box<dyn ByteLine>),
     /// Speaks datagrams.
     Port(Box<dyn DatagramPort>),
+}
+
+/// Bit rate of a simulated GCS controller on a line without one, bit/s: the serial port of PI's examples (PIPython), and Ethernet.
+const GCS_SERIAL_HZ: f64 = 115_200.0;
+const GCS_NETWORK_HZ: f64 = 100e6;
+
+/// Makes of the simulated devices that answer the drivers of a rig.
+pub(super) fn device_types(rig: &Rig) -> DeviceTypes {
+    let imu = match rig.device(DeviceRole::InertialUnit) {
+        Some(entry) if entry.driver == stim300::NAME => {
+            ImuType::Stim300(Stim300Setup { is_gyro_delayed: false, ..Stim300Setup::default() })
+        }
+        _ => ImuType::Kvh1775,
+    };
+    let mirror = match rig.device(DeviceRole::Mirror) {
+        Some(entry) if entry.driver == gcs::NAME => MirrorType::Gcs {
+            bit_rate_hz: match entry.lines().next() {
+                Some(LineAddress::Serial { baud, .. }) => f64::from(baud),
+                Some(LineAddress::Tcp { .. }) => GCS_NETWORK_HZ,
+                _ => GCS_SERIAL_HZ,
+            },
+        },
+        _ => MirrorType::Ccbu40,
+    };
+    DeviceTypes { imu, mirror }
 }
 
 /// The far ends of all lines of a rig, those of a simulated director behind them; `None` is a unit that has none.

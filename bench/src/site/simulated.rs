@@ -12,7 +12,8 @@ use sim_devices::rig::{
 use sim_devices::unit::{TableSettings, UnitSettings};
 use sim_devices::world::AXIS_NAMES;
 
-use super::far_lines::{FarEnd, FarLine, far_lines};
+use super::can;
+use super::far_lines::{FarEnd, FarLine, device_types, far_lines};
 use super::unit_for_case::world_axis;
 use super::wired::card_address;
 use super::{Contact, Purpose, Surroundings, sim_unit_for_case};
@@ -79,11 +80,15 @@ impl Units<'_> {
             None => settings.as_ref().clone(),
         };
         brought.planned_s = purpose.planned_s;
-        let simulated = SimulatedRig::at_rate(&brought, &address, start, rig.loop_rate_hz);
+        let types = device_types(rig);
+        let simulated = SimulatedRig::with_devices(&brought, &address, start, rig.loop_rate_hz, types);
         if let Some(sync0) = Sync0::of(rig) {
             simulated.follow_sync0(sync0.cycle, sync0.shift);
         }
-        let wires = with_addresses(wires(&simulated), rig, &simulated)?;
+        let mut wires = with_addresses(wires(&simulated), rig, &simulated)?;
+        if let Some(bus) = rig.can {
+            wires.bus = can::in_process(rig, bus, simulated.canopen_line())?;
+        }
         let settings = settings.as_ref().clone();
         let rig = rig.clone();
         let surroundings = Box::new(AroundDirector { simulated, settings, rig, names, address });
@@ -147,7 +152,8 @@ impl Units<'_> {
         };
         let names = world_names(rig);
         let start = start_state(&names, purpose, settings.az.ambient_degc);
-        let simulated = SimulatedRig::at_rate(settings, &address, start, rig.loop_rate_hz);
+        let types = device_types(rig);
+        let simulated = SimulatedRig::with_devices(settings, &address, start, rig.loop_rate_hz, types);
         make_drives(rig, &simulated);
         let (line, lines) = (simulated.ethercat_line(terminals), far_lines(rig, Some(&simulated))?);
         let (settings, rig) = (settings.as_ref().clone(), rig.clone());
@@ -249,6 +255,9 @@ fn table(
         simulated.follow_sync0(sync0.cycle, sync0.shift);
     }
     let mut wires = Wires::table(&simulated);
+    if let Some(bus) = rig.can {
+        wires.bus = can::in_process(rig, bus, simulated.canopen_line())?;
+    }
     if rig.emergency_stop_input.is_some() {
         wires.ports = wires.ports.with_emergency_stop(simulated.digital_card());
     }

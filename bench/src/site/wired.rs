@@ -13,6 +13,7 @@ use drivers::wire::ethercat::{DistributedClocks, EtherCatBus, EtherCatSettings, 
 use drivers::wire::{EthernetLink, Fieldbus, PacketSocket, Tap};
 use procedures::case::Case;
 
+use super::can;
 use super::interface::{self, Interface, Kernel};
 use super::lines;
 use super::order::Order;
@@ -21,7 +22,7 @@ use super::{BusGrounds, Contact, Opened, Purpose, Site, Surroundings, WireFaults
 use crate::clock::{self, Clock};
 use crate::model::address::Address;
 use crate::model::axis::RigAxis;
-use crate::model::rig::Rig;
+use crate::model::rig::{CanBus, Rig};
 use crate::record::tap::WireTap;
 use crate::rig::OpenRig;
 use crate::rig::identities::LineGrounds;
@@ -91,6 +92,9 @@ impl Site for WiredSite<'_> {
             reason: "its drives have no network interface; give each axis `ports = { bus = \"ethercat:enp3s0/1001\" }`"
                 .to_owned(),
         })?;
+        if let Some(bus) = rig.can {
+            return self.open_can(rig, bus, name, gains);
+        }
         let interface = checked(name)?;
         let clock = Clock::real();
         let settings = self.settings(rig, &interface)?;
@@ -112,6 +116,27 @@ impl Site for WiredSite<'_> {
 }
 
 impl WiredSite<'_> {
+    /// Opens a rig whose drives are on a CAN bus. The bus listens before it sends and refuses another main device.
+    fn open_can(
+        &self,
+        rig: &Rig,
+        bus: CanBus,
+        name: &str,
+        gains: &DirectorGains,
+    ) -> Result<Opened, DeviceError> {
+        let interface = Kernel::default().interface(name)?;
+        let clock = Clock::real();
+        let (ports, line_grounds) = lines::open(rig, Ports::default(), &clock)?;
+        // Behind a virtual interface no drive holds an axis that could fall.
+        let may_let_go = self.are_axes_secured || !interface.is_physical;
+        let bus = can::on_interface(rig, bus, name, &clock, may_let_go)?;
+        let bus_name = bus.name().to_owned();
+        let rig = OpenRig::open(Wires { bus, ports }, rig, gains, &clock)?;
+        let surroundings = Box::new(AroundWires { control: Some(name.to_owned()) });
+        let grounds = self.grounds(&interface, line_grounds);
+        Ok(Opened { bus: bus_name, grounds, rig, clock, surroundings })
+    }
+
     /// What the bus is told: the shortest watchdog that a rig's axis asks for holds for all its stations.
     ///
     /// # Errors

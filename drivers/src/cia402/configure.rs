@@ -227,10 +227,39 @@ pub(super) fn configure(
     settings: &DriveSettings,
     scale: &Scale,
 ) -> Result<(), DeviceError> {
+    check_watchdog(drive, settings)?;
     for (object, value) in values(settings, scale)? {
         drive.write_checked(object, value)?;
     }
     Ok(())
+}
+
+/// Refuses a drive without a watchdog of its own where the bus has none either: it would go on with its last command when the bench
+/// falls silent.
+fn check_watchdog(drive: &mut Dictionary<'_, '_>, settings: &DriveSettings) -> Result<(), DeviceError> {
+    let profile = &settings.profile;
+    let needed = "an object that takes the torque away when process data stay out";
+    let Some(watchdog) = profile.watchdog else {
+        if drive.wire.pdo_transport() == PdoTransport::Assigned {
+            return Ok(());
+        }
+        return Err(DeviceError::Field {
+            device: settings.name.clone(),
+            field: "process data watchdog",
+            expected: needed.to_owned(),
+            found: format!("none in profile `{}`", profile.id),
+            help: "a CAN bus has no watchdog: name the object of the drive in `[watchdog]` of a profile of its own",
+        });
+    };
+    let object = watchdog.place.object("process data watchdog", watchdog.data_type, "steps");
+    match drive.read(object) {
+        Err(DeviceError::Abort { code: frames::NO_OBJECT, .. }) => {
+            let help = "correct `[watchdog]` in the profile of the drive; without it the drive would go on with its last command \
+                        when the bench falls silent";
+            Err(drive.mismatch(object, needed.to_owned(), "no such object".to_owned(), help))
+        }
+        other => other.map(|_| ()),
+    }
 }
 
 /// Object and value of the limits that a drive may be given in operation, without those that its type lacks.

@@ -36,7 +36,7 @@ impl Entry {
     }
 
     /// Width in bytes.
-    pub(super) fn bytes(self) -> usize {
+    pub(crate) fn bytes(self) -> usize {
         usize::from(self.bits).div_ceil(8)
     }
 

@@ -49,6 +49,8 @@ impl TriggerSource {
 /// in the unit that the controller is set to.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Request {
+    /// `ERR?`: number of the last error, which it clears.
+    LastError,
     /// `*IDN?`
     Identity,
     /// `SAI?`: identifiers of the axes.
@@ -85,6 +87,15 @@ pub enum Request {
         axis: usize,
         /// Identifier, e.g. 0x0E000200, the update time of the servo.
         id: u32,
+    },
+    /// `SPA`: sets a parameter of an axis in memory that is lost without supply.
+    SetParameter {
+        /// 0 azimuth, 1 elevation.
+        axis: usize,
+        /// Identifier, e.g. 0x06000500, the input channel that is the target of the axis.
+        id: u32,
+        /// Value.
+        value: u32,
     },
     /// `TNR?`: number of tables of the recorder.
     TablesCount,
@@ -137,6 +148,7 @@ impl Request {
             | Self::MoveBy(_)
             | Self::OpenLoop(_)
             | Self::Stop
+            | Self::SetParameter { .. }
             | Self::RecordEvery(_)
             | Self::RecordInto { .. }
             | Self::RecordOn(_) => Form::Nothing,
@@ -150,7 +162,9 @@ impl Request {
             | Self::LowerLimits
             | Self::UpperLimits => Form::Axes,
             Self::PiezoVoltages => Form::Channels,
-            Self::Parameter { .. } | Self::TablesCount | Self::RecordedCount(_) => Form::Number,
+            Self::LastError | Self::Parameter { .. } | Self::TablesCount | Self::RecordedCount(_) => {
+                Form::Number
+            }
             Self::Recorded { .. } => Form::Record,
         }
     }
@@ -169,6 +183,7 @@ impl Request {
         };
         let name = |axis: usize| axes.get(axis).map_or("", String::as_str);
         Ok(match self {
+            Self::LastError => "ERR?".to_owned(),
             Self::Identity => "*IDN?".to_owned(),
             Self::Axes => "SAI?".to_owned(),
             Self::Servo([a, e]) => format!("SVO {az} {} {el} {}", u8::from(*a), u8::from(*e)),
@@ -185,6 +200,7 @@ impl Request {
             Self::PiezoVoltages => "VOL? 1 2".to_owned(),
             Self::Stop => "STP".to_owned(),
             Self::Parameter { axis, id } => format!("SPA? {} 0x{id:08X}", name(*axis)),
+            Self::SetParameter { axis, id, value } => format!("SPA {} 0x{id:08X} {value}", name(*axis)),
             Self::TablesCount => "TNR?".to_owned(),
             Self::RecordEvery(cycles) => format!("RTR {cycles}"),
             Self::RecordInto { table, axis, option } => {
@@ -217,17 +233,17 @@ impl Request {
     }
 }
 
-/// Values of two lines `name=value`, in this order.
-fn values(text: &str, names: [&str; 2]) -> Result<[f64; 2], FormatError> {
-    let lines: Vec<&str> = text.lines().map(str::trim).collect();
-    let [first, second] = lines.as_slice() else {
-        return Err(FormatError::Count { expected: 2, found: lines.len() });
-    };
+/// Values of two lines `name=value`, in this order. Allocates nothing unless something is wrong.
+pub(super) fn values(text: &str, names: [&str; 2]) -> Result<[f64; 2], FormatError> {
+    let found = text.lines().count();
+    if found != names.len() {
+        return Err(FormatError::Count { expected: names.len(), found });
+    }
     let mut values = [0.0; 2];
-    for (place, line) in [first, second].into_iter().enumerate() {
+    for (place, line) in text.lines().map(str::trim).enumerate() {
         let value = line.strip_prefix(names[place]).and_then(|rest| rest.strip_prefix('='));
         let expected = "a line `axis=value` for each axis that was asked for, in order";
-        let value = value.ok_or_else(|| FormatError::Text { expected, found: (*line).to_owned() })?;
+        let value = value.ok_or_else(|| FormatError::Text { expected, found: line.to_owned() })?;
         values[place] = number(value, place + 1)?;
     }
     Ok(values)

@@ -192,7 +192,7 @@ fn temperatures_and_the_last_field_stand_behind_all_sensors() {
     let sample = imu.sample().expect("one measurement");
     assert_eq!(sample.temperature_degc, Some(17.0));
     assert!(sample.since_pps_s.is_some_and(|s| (s - 0.123_456).abs() < 1e-12));
-    assert_eq!(imu.row()[6], 17.0);
+    assert_eq!(imu.row()[0], 17.0);
     payload[54] = 0x10;
     imu.take(&datagram(0xF7, &payload)).expect("as configured");
     assert_eq!(imu.sample().expect("another").since_pps_s, None, "no edge for more than 8.4 s");
@@ -410,7 +410,8 @@ fn signed_numbers_of_24_bits_keep_their_sign() {
 fn channels_are_ordered_widest_first_and_match_the_row() {
     let imu = driver(&AS_WANTED);
     assert_eq!(imu.row().len(), Stim300::CHANNELS.len());
-    assert!(imu.row()[6].is_nan(), "no temperature in this datagram");
+    assert!(imu.row()[0].is_nan(), "no temperature in this datagram");
+    assert!(Stim300::CHANNELS_WITHOUT_TEMPERATURE.iter().all(|one| one.name != "temperature_degc"));
     let narrow = Stim300::CHANNELS.iter().position(|one| one.width == Width::U16).expect("three");
     assert!(Stim300::CHANNELS[narrow..].iter().all(|one| one.width == Width::U16));
 }

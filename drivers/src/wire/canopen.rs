@@ -11,8 +11,11 @@
 //! - **After a fault.** Bus-off of the bench's controller, an interface that is gone and a second main device fail every
 //!   exchange from then on. A node that is lost (no heartbeat for three periods) or leaves operational by itself gets no RPDOs
 //!   any more and does not count. Nothing restarts by itself: the bus must be opened anew.
+//! - **Held axes.** Opening the bus resets the nodes, and their drives let go. A drive that may hold an axis is refused unless the
+//!   settings say that the axes are secured.
 
 mod cycle;
+mod load;
 mod map;
 mod message;
 mod node;
@@ -26,6 +29,7 @@ use std::collections::VecDeque;
 use std::io;
 use std::time::Duration;
 
+pub use self::load::shortest_cycle_s;
 pub use self::message::NmtState;
 pub use self::settings::CanOpenSettings;
 
@@ -290,6 +294,14 @@ impl Fieldbus for CanOpenBus {
             true => BusState::Op,
             false => BusState::SafeOp,
         }
+    }
+
+    fn took_part(&self, station: u16) -> bool {
+        self.nodes.iter().any(|node| u16::from(node.id) == station && node.took_part)
+    }
+
+    fn now(&self) -> Option<Duration> {
+        Some(self.link.now())
     }
 
     fn tell_notices(&mut self, tell: &mut dyn FnMut(Notice)) {

@@ -5,7 +5,7 @@ use std::time::Duration;
 use super::{Plant, VirtualBus};
 use crate::cia402::wiring::{EMERGENCY_STOP, ENABLING_SWITCH};
 use crate::faults::Fault;
-use crate::kvh::Kvh;
+use crate::payload::Imu;
 
 impl<P: Plant> VirtualBus<P> {
     /// Puts a fault down for an instant of world time; one in the past acts at the next look at the rig.
@@ -48,14 +48,14 @@ impl<P: Plant> VirtualBus<P> {
             Fault::FramesLost { count } => self.lost_frames.next_count = count,
             Fault::HeatSink { drive, degc } => stations[drive].drive.heat_to(degc),
             Fault::SupplyLost => self.plant.lose_mains(),
-            Fault::ImuSilent => self.with_imu(Kvh::fall_silent),
-            Fault::ImuFrozen => self.with_imu(Kvh::freeze),
+            Fault::ImuSilent => self.with_imu(Imu::fall_silent),
+            Fault::ImuFrozen => self.with_imu(Imu::freeze),
             Fault::GyroOffset { by_rad_per_s } => self.with_imu(|imu| imu.shift_gyros(by_rad_per_s)),
         }
     }
 
     /// A rig without inertial unit refuses such a fault when it is put down.
-    fn with_imu(&mut self, befall: impl FnOnce(&mut Kvh)) {
+    fn with_imu(&mut self, befall: impl FnOnce(&mut Imu)) {
         if let Some(imu) = self.plant.imu() {
             befall(imu);
         }

@@ -24,7 +24,7 @@ impl Director {
     pub(super) fn give_v(&mut self, now: Duration, input: usize) -> Option<f64> {
         let channels = &mut self.instruments.channels;
         match input {
-            0..MIRROR_AXES => return Some(self.payload.mirror.gauge_v()[input]),
+            0..MIRROR_AXES => return Some(self.payload.mirror.mirror().gauge_v()[input]),
             ECHO_INPUT => return Some(channels.echo_v(now)),
             FORCE_INPUT => {
                 let pulled_nm = self.pulled_nm();
@@ -34,7 +34,7 @@ impl Director {
         }
         let place = |inputs: [usize; 2]| inputs.iter().position(|&own| own == input);
         if let Some(axis) = place(REFERENCE_INPUTS) {
-            let tilt_rad = self.payload.mirror.angle_rad()[axis];
+            let tilt_rad = self.payload.mirror.mirror().angle_rad()[axis];
             return Some(channels.reference_v(axis, now, tilt_rad));
         }
         if let Some(axis) = place(POLYGON_INPUTS) {

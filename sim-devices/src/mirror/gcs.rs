@@ -2,7 +2,7 @@
 //! (E-727 user manual E727T0005, PIPython 2.13).
 //!
 //! Axis `1` is azimuth, `2` elevation. Positions are mechanical tilts in µrad; so are open-loop values, at the nominal gain of the
-//! actuators. Both servos are off at power-up. Simulated: `*IDN? ERR? SAI? SVO MOV MVR SVA POS? ONT? OVF? TMN? TMX? VOL? STP SPA?
+//! actuators. Both servos are off at power-up. An analog input becomes the target of an axis by parameter 06000500h. Simulated: `*IDN? ERR? SAI? SVO MOV MVR SVA POS? ONT? OVF? TMN? TMX? VOL? STP SPA SPA?
 //! DRC DRT RTR DRR? DRL? TNR?`, their queries, and the single characters #5 (axes in motion) and #24 (stop).
 
 mod recorder;
@@ -39,6 +39,11 @@ const IDENTITY: &str = "(c)2015 Physik Instrumente (PI) GmbH & Co. KG, E-727.3SD
 const MOTION_STATUS: u8 = 5;
 const STOP_ALL: u8 = 24;
 
+/// Parameter: the input channel that is the target of an axis; 0 takes the target from commands.
+const TARGET_INPUT: u32 = 0x0600_0500;
+/// Input channels that the analog commands of both axes are wired to.
+const ANALOG_INPUTS: [u8; 2] = [5, 6];
+
 /// Number of an error, as `ERR?` tells it.
 type ErrorCode = i32;
 const UNKNOWN_COMMAND: ErrorCode = 2;
@@ -52,6 +57,7 @@ const WRONG_COUNT: ErrorCode = 24;
 const NOT_A_NUMBER: ErrorCode = 25;
 const NO_SUCH_PARAMETER: ErrorCode = 54;
 const READ_ONLY: ErrorCode = 64;
+const ANALOG_TARGET: ErrorCode = 72;
 const SERVO_ON: ErrorCode = 79;
 
 /// Lines of a reply; none for what sets something.
@@ -93,6 +99,18 @@ impl GcsMirror {
             target_urad: [0.0; 2],
             recorder: Recorder::default(),
         }
+    }
+
+    /// With a line of another bit rate, bit/s.
+    #[must_use]
+    pub fn with_bit_rate(self, bit_rate_hz: f64) -> Self {
+        let [incoming, outgoing] = [0, 1].map(|_| Transmitter::new(bit_rate_hz));
+        Self { incoming, outgoing, ..self }
+    }
+
+    /// Voltage at the analog input of an axis, from now on. It acts on an axis whose target is that input.
+    pub fn command_analog_v(&mut self, axis: usize, volts: f64) {
+        self.mirror.command_analog_v(axis, volts);
     }
 
     /// The mirror itself.
@@ -170,7 +188,7 @@ impl GcsMirror {
                 self.stop();
                 Ok(vec![])
             }
-            "SPA" => self.parameter(&arguments).and(Err(READ_ONLY)),
+            "SPA" => self.set_parameter(&arguments),
             "SPA?" => self.parameter(&arguments),
             mnemonic => match self.recorder.execute(mnemonic, &arguments, self.step_s) {
                 Some(answer) => answer,
@@ -232,6 +250,9 @@ impl GcsMirror {
             if !self.mirror.axes[pair.axis].close_ordered {
                 return Err(SERVO_OFF);
             }
+            if !self.mirror.axes[pair.axis].digital_source {
+                return Err(ANALOG_TARGET);
+            }
             if target_urad.abs() > self.mirror.settings.stroke_rad[pair.axis] * URAD_PER_RAD {
                 return Err(OUT_OF_LIMITS);
             }
@@ -285,13 +306,42 @@ impl GcsMirror {
         u8::from(is_moving(0)) | u8::from(is_moving(1)) << 1
     }
 
-    /// A parameter of an axis; none can be changed here.
+    /// Sets parameters of axes, in the memory that is lost without supply. Only the target input can be set.
+    fn set_parameter(&mut self, arguments: &[&str]) -> Answer {
+        if arguments.is_empty() || !arguments.len().is_multiple_of(3) {
+            return Err(WRONG_COUNT);
+        }
+        let group = |group: &[&str]| {
+            self.parameter(&group[..2])?;
+            let axis = axis(group[0])?;
+            if parameter_id(group[1])? != TARGET_INPUT {
+                return Err(READ_ONLY);
+            }
+            match number(group[2])? {
+                0.0 => Ok((axis, true)),
+                input if input == f64::from(ANALOG_INPUTS[axis]) => Ok((axis, false)),
+                _ => Err(OUT_OF_RANGE),
+            }
+        };
+        let groups: Vec<(usize, bool)> = arguments.chunks_exact(3).map(group).collect::<Result<_, _>>()?;
+        for (axis, is_digital) in groups {
+            if is_digital && !self.mirror.axes[axis].digital_source {
+                // Without a bump: the target is where the mirror is.
+                self.order(axis, self.mirror.sensed_rad()[axis] * URAD_PER_RAD);
+            }
+            self.mirror.axes[axis].digital_source = is_digital;
+        }
+        Ok(vec![])
+    }
+
+    /// A parameter of an axis.
     fn parameter(&self, arguments: &[&str]) -> Answer {
         let [name, id, ..] = arguments else { return Err(WRONG_COUNT) };
         let axis = axis(name)?;
-        let digits = id.trim_start_matches("0x").trim_start_matches("0X");
         let settings = &self.mirror.settings;
-        let value = match u32::from_str_radix(digits, 16).map_err(|_| NOT_A_NUMBER)? {
+        let value = match parameter_id(id)? {
+            TARGET_INPUT if self.mirror.axes[axis].digital_source => 0.0,
+            TARGET_INPUT => f64::from(ANALOG_INPUTS[axis]),
             0x0E00_0200 => self.step_s,
             0x0700_0300 => settings.proportional_gain_ratio,
             0x0700_0301 if settings.integral_gain_per_s > 0.0 => self.step_s / settings.integral_gain_per_s,
@@ -303,6 +353,12 @@ impl GcsMirror {
         };
         Ok(vec![format!("{name} {id}={value:e}")])
     }
+}
+
+/// Number of a parameter, hexadecimal.
+fn parameter_id(text: &str) -> Result<u32, ErrorCode> {
+    let digits = text.trim_start_matches("0x").trim_start_matches("0X");
+    u32::from_str_radix(digits, 16).map_err(|_| NOT_A_NUMBER)
 }
 
 /// A value for an axis.

@@ -127,13 +127,13 @@ impl ByteLine for MirrorLine {
     fn read(&mut self, now: Duration, into: &mut [u8]) -> Result<usize, DeviceError> {
         let mut rig = self.0.borrow_mut();
         rig.advance_to(now);
-        Ok(rig.plant.payload.mirror.take_reply(into))
+        Ok(rig.plant.payload.mirror.read(now, into))
     }
 
     fn write(&mut self, now: Duration, bytes: &[u8]) -> Result<(), DeviceError> {
         let mut rig = self.0.borrow_mut();
         rig.advance_to(now);
-        bytes.iter().for_each(|&byte| rig.plant.payload.mirror.receive(byte));
+        rig.plant.payload.mirror.write(now, bytes);
         Ok(())
     }
 }

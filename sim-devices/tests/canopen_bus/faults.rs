@@ -2,10 +2,11 @@
 
 use std::time::Duration;
 
-use super::bench::{Bench, TICK, in_process, reading};
+use super::bench::{Bench, TICK, in_process, reading, settings};
 use drivers::cia402::{PowerState, PowerTarget};
 use drivers::wire::can::CanErrorFrame;
-use drivers::wire::{BusState, Exchange, Fieldbus, SdoAbort};
+use drivers::wire::canopen::{CanOpenBus, CanOpenSettings};
+use drivers::wire::{BusState, Exchange, Fieldbus, SdoAbort, SdoRequest, SdoWire};
 use sim_devices::canopen::NodeFault;
 use sim_devices::rig::Fault;
 
@@ -223,4 +224,27 @@ fn a_drive_in_fault_reads_as_such_after_its_connection_was_lost() {
         "the last sample stands: the node has left operational"
     );
     assert_eq!(bench.bus.state(), BusState::PreOp);
+}
+
+/// What the bench writes to 6007h: after the bus is lost the drive stops by a ramp and, by 605Ah, keeps its torque on.
+#[test]
+fn a_drive_that_holds_an_axis_is_not_reset_until_the_axes_are_secured() {
+    let mut bench = in_process();
+    for station in [1, 2] {
+        let write = Some(&[3, 0][..]);
+        let request = SdoRequest { station, index: 0x6007, sub: 0, write };
+        bench.wire().rig().bus().start(bench.now, &request);
+    }
+    bench.enable();
+    let wire = bench.wire();
+    wire.sent();
+    let error = CanOpenBus::open(Box::new(wire.clone()), settings()).err().expect("it holds").to_string();
+    assert!(
+        error.contains("node 1: torque: expected a drive that holds nothing, found statusword"),
+        "{error}"
+    );
+    assert!(error.contains("secure all axes mechanically"), "{error}");
+    assert!(wire.sent().iter().all(|frame| frame.id() != 0x000), "no command of network management was sent");
+    let secured = CanOpenSettings { may_let_go: true, ..settings() };
+    CanOpenBus::open(Box::new(wire), secured).map(|_| ()).expect("somebody has secured the axes");
 }

@@ -98,6 +98,7 @@ fn interface<'a>(rig: &'a Rig, option: &str) -> Result<&'a str, u8> {
         Tier::Paced => Some("paced"),
     };
     let wrong = match (tier, rig.interface()) {
+        (None, Some(name)) if rig.can.is_some() => format!("its drives are on the CAN bus {name}"),
         (None, Some(name)) => return Ok(name),
         (None, None) => "its drives have no network interface".to_owned(),
         (Some(tier), _) => format!("its tier is {tier}, whose frames pass no interface"),

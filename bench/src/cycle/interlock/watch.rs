@@ -156,7 +156,7 @@ fn others_rad_per_s(rig: &ArmedRig, axis: usize) -> f64 {
 fn seen<'a>(rig: &'a ArmedRig, situation: &Situation, axis: usize) -> Seen<'a> {
     let sensor = rig.devices().rate_sensor().filter(|_| uses_gyro(rig, situation, axis));
     let gyro = sensor.and_then(|sensor| {
-        let sample = sensor.unit.sample()?;
+        let sample = sensor.newest?;
         Some(GyroSeen {
             rate_rad_per_s: rig.feedback(axis).0,
             raw_rad_per_s: sample.rate_rad_per_s,

@@ -1,4 +1,4 @@
-//! Where the drives and terminals of a rig are connected: to the simulated bus of this process, or to an EtherCAT wire.
+//! Where the drives and terminals of a rig are connected: to the simulated bus of this process, to an EtherCAT wire or to a CAN bus.
 
 use std::ops::Range;
 
@@ -16,6 +16,8 @@ pub(super) struct Connections {
     tier: Option<Tier>,
     /// Interface of the first drive.
     interface: Option<String>,
+    /// The first drive is on a CAN bus.
+    is_can: bool,
     /// Stations of the drives.
     drives: Vec<u16>,
     is_wrong: bool,
@@ -24,7 +26,7 @@ pub(super) struct Connections {
 impl Connections {
     /// Nothing read yet.
     pub(super) fn new(tier: Option<Tier>) -> Self {
-        Self { tier, interface: None, drives: Vec::new(), is_wrong: false }
+        Self { tier, interface: None, is_can: false, drives: Vec::new(), is_wrong: false }
     }
 
     fn mistake(&mut self, t: &mut TableReader<'_>, key: &'static str, message: String, help: &str) {
@@ -76,20 +78,29 @@ impl Connections {
                 t.mistake_at(span, format!("a drive has no port `{key}`"), help);
                 continue;
             }
-            let (interface, station) = match Address::parse(&text) {
-                Ok(Address::EtherCat { interface, station }) => (interface, station),
+            let (interface, station, is_can) = match Address::parse(&text) {
+                Ok(Address::EtherCat { interface, station }) => (interface, station, false),
+                Ok(Address::Can { interface, node }) => (interface, u16::from(node), true),
                 other => {
                     self.is_wrong = true;
-                    let help = other.err().unwrap_or_else(|| "write e.g. `ethercat:enp3s0/1001`".to_owned());
+                    let help = other
+                        .err()
+                        .unwrap_or_else(|| "write e.g. `ethercat:enp3s0/1001` or `can:can0/5`".to_owned());
                     t.mistake_at(span, format!("`{text}` is not the address of a drive"), Some(help));
                     continue;
                 }
             };
+            if self.interface.is_none() {
+                self.is_can = is_can;
+            }
             let first = self.interface.get_or_insert_with(|| interface.clone());
-            if *first != interface {
+            if *first != interface || self.is_can != is_can {
                 self.is_wrong = true;
                 let help = "all drives of a rig share one wire, so that one frame a tick reaches them all";
-                let message = format!("the drive is on `{interface}`, an earlier one on `{first}`");
+                let message = match self.is_can == is_can {
+                    true => format!("the drive is on `{interface}`, an earlier one on `{first}`"),
+                    false => "one drive is on EtherCAT, another one on a CAN bus".to_owned(),
+                };
                 t.mistake_at(span, message, Some(help.to_owned()));
             }
             self.drives.push(station);
@@ -134,7 +145,7 @@ impl Connections {
     ) {
         let (message, help) = if self.drives.contains(&station) {
             (format!("station {station} is that of a drive"), "name the station of the terminal")
-        } else if self.interface.as_deref() != Some(interface) {
+        } else if self.is_can || self.interface.as_deref() != Some(interface) {
             let help = "terminals are on the interface of the drives; a rig in this process has none";
             (format!("`{interface}` is not the wire of the drives"), help)
         } else {
@@ -144,10 +155,16 @@ impl Connections {
         t.mistake_at(place.clone(), message, Some(help.to_owned()));
     }
 
+    /// Whether the drives are on a CAN bus.
+    pub(super) fn is_can(&self) -> bool {
+        self.is_can
+    }
+
     /// What is wrong with the address of a device, and what to do.
     fn misplaced(&self, is_wired: bool, address: &Address) -> Option<(&'static str, &'static str)> {
         let fits = match address {
-            Address::EtherCat { interface, .. } => Some(interface) == self.interface.as_ref(),
+            Address::EtherCat { interface, .. } => !self.is_can && Some(interface) == self.interface.as_ref(),
+            Address::Can { .. } => false,
             Address::Simulated { .. } => !is_wired,
             Address::Line(_) => is_wired,
         };

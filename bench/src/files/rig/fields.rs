@@ -30,6 +30,12 @@ pub const FIELDS: &[Field] = &[
     ),
     required("loop-rate", Shape::Quantity(K::Frequency), "Rate of the tick."),
     with_default("max-missed-periods", Shape::Integer, "20", "Longest run of missed periods before a trip."),
+    with_default(
+        super::can::BIT_RATE,
+        Shape::Integer,
+        "1000000",
+        "Bit rate of the CAN bus of the drives, bit/s, as its interface is set: the frames of all drives must fit into a period.",
+    ),
     required("parameters", Shape::Text, "Controller parameters: a shipped name or a path."),
     required(
         "axis",

@@ -16,6 +16,7 @@ pub(super) const DRIVER: Driver = Driver {
     doc: "Impedance analyser at the terminals of the mirror (Keysight E4990A command set).",
     role: Some(DeviceRole::ImpedanceAnalyser),
     certified_as: Some("analyser"),
+    rate_range_rad_per_s: None,
     ports: &[PortField::line("SCPI line.")],
     fields: &[
         Field::default(

@@ -19,6 +19,7 @@ pub(super) const DRIVER: Driver = Driver {
     doc: "Current clamps on the leads of the DC link: supply and shunt.",
     role: Some(DeviceRole::LinkClamps),
     certified_as: Some("supply"),
+    rate_range_rad_per_s: None,
     ports: &[PortField::card("Analog card with both clamps.")],
     fields: &[
         Field::default(

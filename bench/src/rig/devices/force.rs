@@ -19,6 +19,7 @@ pub(super) const DRIVER: Driver = Driver {
     doc: "Force gauge on a lever arm, for external pulls.",
     role: Some(DeviceRole::ForceGauge),
     certified_as: Some("force"),
+    rate_range_rad_per_s: None,
     ports: &[PortField::card("Analog card with the gauge.")],
     fields: &[
         Field::default(

@@ -4,13 +4,13 @@ use std::time::Duration;
 
 use drivers::device::DeviceError;
 use drivers::kvh::{Format, Kvh, KvhSettings, Opening, Synchronisation};
-use drivers::wire::lines::LineAddress;
 use procedures::device::DeviceRole;
 use procedures::quantity::QuantityKind as K;
 use procedures::table::{Field, Shape};
 
+use super::inertial::{self, CROSS_AXIS_ERROR, DATA_RATE, Means, rate_bias};
 use crate::model::device::DeviceEntry;
-use crate::rig::device::{Device, Group, RateSensor};
+use crate::rig::device::{Device, Group, RateSample, RateSensor};
 use crate::rig::driver::{Driver, Made, Misfit, PortField, not_above_zero};
 use crate::rig::wires::Ports;
 
@@ -19,10 +19,8 @@ const ANSWER_TIMEOUT_S: f64 = 0.2;
 /// Slowest bit rate that the unit knows.
 const SLOWEST_BAUD: i64 = 9600;
 
-/// Beyond this share of the other axis' motion the gyros could no longer tell a frozen encoder from a moving axis.
-const MOST_CROSS_AXIS_RATIO: f64 = 0.1;
-/// Beyond this bias they could not, either: 50 ms of it are 50 urad.
-const MOST_BIAS_RAD_PER_S: f64 = 1e-3;
+/// Range of the gyros, ±490 °/s (KVH 1775).
+const RANGE_RAD_PER_S: f64 = 490.0 * std::f64::consts::PI / 180.0;
 
 /// Driver of the KVH 1775.
 pub(super) const DRIVER: Driver = Driver {
@@ -30,6 +28,7 @@ pub(super) const DRIVER: Driver = Driver {
     doc: "Inertial measurement unit KVH 1775 on the frame that carries the payload.",
     role: Some(DeviceRole::InertialUnit),
     certified_as: None,
+    rate_range_rad_per_s: Some(RANGE_RAD_PER_S),
     ports: &[PortField::line("Serial line, RS-422.")],
     fields: &[
         Field::default(
@@ -45,67 +44,27 @@ pub(super) const DRIVER: Driver = Driver {
             "Output format: B adds the unit's own time, C the magnetic field.",
         ),
         Field::optional(
-            "data-rate",
+            DATA_RATE,
             Shape::Quantity(K::Frequency),
             "The unit's own message rate, for a tick that is faster than its line; without it each tick \
              triggers one message.",
         ),
-        Field::default(
-            "cross-axis-error",
-            Shape::Quantity(K::Ratio),
-            "4 %",
-            "Share of the motion of one axis that the unit may show as motion of the other, from errors of \
-             mount and scale. An encoder counts as frozen only beyond it.",
-        ),
-        Field::default(
-            "rate-bias",
-            Shape::Quantity(K::AngularVelocity),
-            "100 urad/s",
-            "Rate that the unit may show at rest, without that of the Earth. An encoder counts as frozen only beyond it.",
-        ),
+        CROSS_AXIS_ERROR,
+        rate_bias("100 urad/s"),
     ],
     check,
     make: |entry, loop_rate_hz| Made::InTheTick(Box::new(Imu::closed(entry, loop_rate_hz))),
 };
 
 fn check(entry: &DeviceEntry) -> Vec<Misfit> {
-    let baud = entry.integer("baud");
-    let mut all = not_above_zero(entry, &["data-rate"]);
-    if !(SLOWEST_BAUD..=i64::from(u32::MAX)).contains(&baud) {
-        let message = format!("`baud` must be at least {SLOWEST_BAUD}, found {baud}");
-        all.push(Misfit { key: "baud", message, help: None });
-    }
-    let on_line = entry.lines().find_map(|line| match line {
-        LineAddress::Serial { baud, .. } => Some(i64::from(baud)),
-        _ => None,
-    });
-    if let Some(on_line) = on_line.filter(|&on_line| on_line != baud) {
-        let message = format!("`baud` must be the bit rate of the line, {on_line}, found {baud}");
-        let help = "correct `baud`, or the bit rate in the address of the port `line`";
-        all.push(Misfit { key: "baud", message, help: Some(help.to_owned()) });
-    }
-    let cross_axis_ratio = entry.number("cross-axis-error");
-    if !(0.0..=MOST_CROSS_AXIS_RATIO).contains(&cross_axis_ratio) {
-        let most = K::Ratio.format(MOST_CROSS_AXIS_RATIO);
-        let message = format!(
-            "`cross-axis-error` must be from 0 to {most}, found {}",
-            K::Ratio.format(cross_axis_ratio)
-        );
-        let help = "realign a unit with a larger error: with it the encoders could not be monitored";
-        all.push(Misfit { key: "cross-axis-error", message, help: Some(help.to_owned()) });
-    }
-    let bias_rad_per_s = entry.number("rate-bias");
-    if !(0.0..=MOST_BIAS_RAD_PER_S).contains(&bias_rad_per_s) {
-        let most = K::AngularVelocity.format(MOST_BIAS_RAD_PER_S);
-        let found = K::AngularVelocity.format(bias_rad_per_s);
-        let message = format!("`rate-bias` must be from 0 to {most}, found {found}");
-        all.push(Misfit { key: "rate-bias", message, help: None });
-    }
+    let mut all = not_above_zero(entry, &[DATA_RATE]);
+    all.extend(inertial::check_baud(entry, SLOWEST_BAUD));
+    all.extend(inertial::check_errors(entry));
     all
 }
 
 fn settings(entry: &DeviceEntry, loop_rate_hz: f64) -> KvhSettings {
-    let own_rate_hz = entry.optional_number("data-rate");
+    let own_rate_hz = entry.optional_number(DATA_RATE);
     KvhSettings {
         name: entry.name.clone(),
         baud: u32::try_from(entry.integer("baud")).expect("checked: it fits"),
@@ -132,9 +91,7 @@ pub(super) struct Imu {
     unit: Option<Kvh>,
     cross_axis_ratio: f64,
     bias_rad_per_s: f64,
-    /// Rates and accelerations since the last row, and how many messages they are.
-    sums: [f64; 6],
-    sums_count: u32,
+    means: Means,
 }
 
 impl Imu {
@@ -150,8 +107,7 @@ impl Imu {
             unit: None,
             cross_axis_ratio: entry.number("cross-axis-error"),
             bias_rad_per_s: entry.number("rate-bias"),
-            sums: [0.0; 6],
-            sums_count: 0,
+            means: Means::default(),
         }
     }
 }
@@ -181,9 +137,7 @@ impl Device for Imu {
         let Some(unit) = &mut self.unit else { return Ok(()) };
         let messages_count = unit.poll(ports.line(self.line), now)?;
         if let (true, Some(sample)) = (messages_count > 0, unit.sample()) {
-            let values = sample.rate_rad_per_s.iter().chain(&sample.acceleration_m_per_s2);
-            self.sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += value);
-            self.sums_count += 1;
+            self.means.take(&sample.rate_rad_per_s, &sample.acceleration_m_per_s2);
         }
         Ok(())
     }
@@ -192,20 +146,27 @@ impl Device for Imu {
         Group { topic: "imu", message: "Imu", channels: Kvh::CHANNELS }
     }
 
-    /// Rates and accelerations are means since the row before: picking every n-th message would fold its noise.
     fn row(&mut self, row: &mut [f64]) {
         let Some(unit) = &self.unit else { return };
         let mut values = unit.row();
-        if self.sums_count > 0 {
-            let count = f64::from(self.sums_count);
-            values.iter_mut().zip(self.sums).for_each(|(value, sum)| *value = sum / count);
-        }
+        self.means.give(&mut values[..6]);
         row[..values.len()].copy_from_slice(&values);
-        (self.sums, self.sums_count) = ([0.0; 6], 0);
     }
 
-    fn rate_sensor(&self) -> Option<RateSensor<'_>> {
-        let &Self { cross_axis_ratio, bias_rad_per_s, .. } = self;
-        self.unit.as_ref().map(|unit| RateSensor { unit, cross_axis_ratio, bias_rad_per_s })
+    fn rate_sensor(&self) -> Option<RateSensor> {
+        let unit = self.unit.as_ref()?;
+        let newest = unit.sample().map(|sample| RateSample {
+            rate_rad_per_s: sample.rate_rad_per_s,
+            is_valid: sample.valid[..3] == [true; 3],
+            sequence: sample.sequence,
+        });
+        Some(RateSensor {
+            newest,
+            age_ticks: unit.age_ticks(),
+            new_count: unit.new_count(),
+            message_rate_hz: self.settings.message_rate_hz,
+            cross_axis_ratio: self.cross_axis_ratio,
+            bias_rad_per_s: self.bias_rad_per_s,
+        })
     }
 }

@@ -1,11 +1,11 @@
-//! The fast steering mirror on its serial line and the analog card, and what else is wired to the card with it.
+//! The fast steering mirror behind any of its controllers, on a line and the analog card, and what else is wired to the card with it.
 
 use std::time::Duration;
 
 use drivers::device::DeviceError;
-use drivers::mirror::{self, MirrorSettings, Path};
+use drivers::mirror::{Actuals, Path};
+use drivers::wire::{AnalogPort, ByteLine};
 use procedures::case::MirrorChannel;
-use procedures::device::DeviceRole;
 use procedures::quantity::QuantityKind as K;
 use procedures::table::{Field, Shape};
 
@@ -13,72 +13,12 @@ use super::auxiliary::{AuxiliaryChannels, AuxiliarySettings};
 use crate::model::device::DeviceEntry;
 use crate::rig::PointSettings;
 use crate::rig::device::{Device, Group, SteeringMirror};
-use crate::rig::driver::{Driver, Made, PortField, no_channels, not_above_zero};
+use crate::rig::driver::{Misfit, PortField, no_channels, not_above_zero};
 use crate::rig::wires::Ports;
-
-/// Time allowed for an answer on the line.
-const ANSWER_TIMEOUT_S: f64 = 0.2;
-
-const fn channel(key: &'static str, default: &'static str, doc: &'static str) -> Field {
-    Field::default(key, Shape::Integer, default, doc)
-}
-
-/// Driver of the mirror's servo.
-pub const DRIVER: Driver = Driver {
-    name: "ccbu40",
-    doc: "Fast steering mirror with its CCBu40 servo, and the other signals on its analog card.",
-    role: Some(DeviceRole::Mirror),
-    certified_as: None,
-    ports: &[
-        PortField::line("Serial line of the servo."),
-        PortField::card(
-            "Analog card with commands, strain gauges, autocollimator, synchronisation and loop-back.",
-        ),
-    ],
-    fields: &[
-        Field::default(
-            COMMAND_PATH,
-            Shape::Choice(&["analog", "serial"]),
-            "analog",
-            "Channel of the commands.",
-        ),
-        Field::default(
-            "scale",
-            Shape::Quantity(K::AngleScale),
-            "500 urad/V",
-            "Mirror angle per volt, of commands and of readings.",
-        ),
-        Field::default(
-            "stroke",
-            Shape::Quantity(K::Angle),
-            "1.05 mrad",
-            "Commands stay within plus and minus this angle.",
-        ),
-        Field::default(
-            "reference-scale",
-            Shape::Quantity(K::AngleScale),
-            "200 urad/V",
-            "Mirror tilt per volt of the autocollimator that looks at it.",
-        ),
-        channel(OUTPUTS[0], "0", "Analog output of the azimuth command."),
-        channel(OUTPUTS[1], "1", "Analog output of the elevation command."),
-        channel(OUTPUTS[2], "2", "Analog output of the synchronisation signal of the oscilloscope."),
-        channel(OUTPUTS[3], "3", "Analog output of the loop-back signal."),
-        channel(INPUTS[0], "0", "Analog input of the azimuth strain gauge."),
-        channel(INPUTS[1], "1", "Analog input of the elevation strain gauge."),
-        channel(INPUTS[2], "2", "Analog input of the autocollimator, azimuth."),
-        channel(INPUTS[3], "3", "Analog input of the autocollimator, elevation."),
-        channel(INPUTS[4], "4", "Analog input that the loop-back output is wired to."),
-    ],
-    check: |entry| {
-        let scales = not_above_zero(entry, &["scale", "stroke", "reference-scale"]);
-        [scales, no_channels(entry, &OUTPUTS), no_channels(entry, &INPUTS)].concat()
-    },
-    make: |entry, _| Made::InTheTick(Box::new(Mirror::closed(entry))),
-};
 
 /// Key of the way of the commands, which a procedure may change for a point.
 pub const COMMAND_PATH: &str = "command";
+
 const OUTPUTS: [&str; 4] = ["azimuth-output", "elevation-output", "sync-output", "echo-output"];
 const INPUTS: [&str; 5] = [
     "azimuth-input",
@@ -88,17 +28,66 @@ const INPUTS: [&str; 5] = [
     "echo-input",
 ];
 
-fn settings(entry: &DeviceEntry) -> MirrorSettings {
-    MirrorSettings {
-        name: entry.name.clone(),
-        scale_rad_per_v: [entry.number("scale"); 2],
-        stroke_rad: [entry.number("stroke"); 2],
-        command: if entry.text(COMMAND_PATH) == "serial" { Path::Serial } else { Path::Analog },
-        feedback: Path::Analog,
-        command_outputs: [entry.channel(OUTPUTS[0]), entry.channel(OUTPUTS[1])],
-        feedback_inputs: [entry.channel(INPUTS[0]), entry.channel(INPUTS[1])],
-        reply_timeout_s: ANSWER_TIMEOUT_S,
-    }
+/// The analog card of any mirror.
+pub(super) const CARD: PortField = PortField::card(
+    "Analog card with commands, strain gauges, autocollimator, synchronisation and loop-back.",
+);
+
+const fn channel(key: &'static str, default: &'static str, doc: &'static str) -> Field {
+    Field::default(key, Shape::Integer, default, doc)
+}
+
+/// Settings of any mirror.
+pub(super) const FIELDS: [Field; 13] = [
+    Field::default(COMMAND_PATH, Shape::Choice(&["analog", "serial"]), "analog", "Channel of the commands."),
+    Field::default(
+        "scale",
+        Shape::Quantity(K::AngleScale),
+        "500 urad/V",
+        "Mirror angle per volt, of commands and of readings.",
+    ),
+    Field::default(
+        "stroke",
+        Shape::Quantity(K::Angle),
+        "1.05 mrad",
+        "Commands stay within plus and minus this angle.",
+    ),
+    Field::default(
+        "reference-scale",
+        Shape::Quantity(K::AngleScale),
+        "200 urad/V",
+        "Mirror tilt per volt of the autocollimator that looks at it.",
+    ),
+    channel(OUTPUTS[0], "0", "Analog output of the azimuth command."),
+    channel(OUTPUTS[1], "1", "Analog output of the elevation command."),
+    channel(OUTPUTS[2], "2", "Analog output of the synchronisation signal of the oscilloscope."),
+    channel(OUTPUTS[3], "3", "Analog output of the loop-back signal."),
+    channel(INPUTS[0], "0", "Analog input of the azimuth strain gauge."),
+    channel(INPUTS[1], "1", "Analog input of the elevation strain gauge."),
+    channel(INPUTS[2], "2", "Analog input of the autocollimator, azimuth."),
+    channel(INPUTS[3], "3", "Analog input of the autocollimator, elevation."),
+    channel(INPUTS[4], "4", "Analog input that the loop-back output is wired to."),
+];
+
+/// Settings of any mirror that cannot be.
+pub(super) fn check(entry: &DeviceEntry) -> Vec<Misfit> {
+    let scales = not_above_zero(entry, &["scale", "stroke", "reference-scale"]);
+    [scales, no_channels(entry, &OUTPUTS), no_channels(entry, &INPUTS)].concat()
+}
+
+/// The path that a word of the rig file names.
+pub(super) fn path(entry: &DeviceEntry, key: &str) -> Path {
+    if entry.text(key) == "serial" { Path::Serial } else { Path::Analog }
+}
+
+/// Outputs of the commands on the card: azimuth, elevation.
+pub(super) fn command_outputs(entry: &DeviceEntry) -> [usize; 2] {
+    [entry.channel(OUTPUTS[0]), entry.channel(OUTPUTS[1])]
+}
+
+/// Inputs of the strain gauges on the card: azimuth, elevation.
+pub(super) fn feedback_inputs(entry: &DeviceEntry) -> [usize; 2] {
+    [entry.channel(INPUTS[0]), entry.channel(INPUTS[1])]
 }
 
 fn auxiliary_settings(entry: &DeviceEntry) -> AuxiliarySettings {
@@ -111,55 +100,90 @@ fn auxiliary_settings(entry: &DeviceEntry) -> AuxiliarySettings {
     }
 }
 
+/// The driver of a controller of a mirror.
+pub(super) trait Servo: Sized {
+    /// What it must know of the controller.
+    type Settings: Clone;
+
+    /// A driver that has not spoken to its controller yet.
+    fn with(settings: Self::Settings) -> Result<Self, DeviceError>;
+
+    /// Goes on with the configuration; who the controller is, once that is done.
+    fn configure(&mut self, line: &mut dyn ByteLine, now: Duration) -> Result<Option<String>, DeviceError>;
+
+    /// The way that commands are sent.
+    fn command_path(&self) -> Path;
+
+    /// Begins to send commands another way; [`Servo::configure`] goes on with it.
+    fn change_command_path(&mut self, path: Path);
+
+    /// Whether [`Servo::configure`] must be called until it is done.
+    fn is_changing(&self) -> bool;
+
+    /// One tick.
+    fn exchange(
+        &mut self,
+        line: &mut dyn ByteLine,
+        card: &mut dyn AnalogPort,
+        command_rad: [f64; 2],
+        now: Duration,
+    ) -> Result<Actuals, DeviceError>;
+}
+
 /// The mirror, and the last of what it was told and showed.
-pub(super) struct Mirror {
-    settings: MirrorSettings,
+pub(super) struct Mirror<S: Servo> {
+    name: String,
+    settings: S::Settings,
     port: String,
     card_port: String,
     line: usize,
     card: usize,
-    driver: Option<mirror::Mirror>,
+    driver: Option<S>,
+    identity: Option<String>,
     auxiliary: AuxiliaryChannels,
     command_rad: [f64; 2],
-    actuals: mirror::Actuals,
+    actuals: Actuals,
 }
 
-impl Mirror {
+impl<S: Servo> Mirror<S> {
     /// On ports that are not open yet.
-    fn closed(entry: &DeviceEntry) -> Self {
+    pub(super) fn closed(entry: &DeviceEntry, settings: S::Settings) -> Self {
         Self {
-            settings: settings(entry),
+            name: entry.name.clone(),
+            settings,
             port: entry.port("line").to_owned(),
             card_port: entry.port("card").to_owned(),
             line: 0,
             card: 0,
             driver: None,
+            identity: None,
             auxiliary: AuxiliaryChannels::new(auxiliary_settings(entry)),
             command_rad: [0.0; 2],
-            actuals: mirror::Actuals::default(),
+            actuals: Actuals::default(),
         }
     }
 }
 
-impl Device for Mirror {
+impl<S: Servo> Device for Mirror<S> {
     fn name(&self) -> &str {
-        &self.settings.name
+        &self.name
     }
 
     fn open(&mut self, ports: &mut Ports, now: Duration) -> Result<Option<()>, DeviceError> {
         let driver = match &mut self.driver {
             Some(driver) => driver,
             None => {
-                self.line = ports.find_line(&self.settings.name, &self.port)?;
-                self.card = ports.find_card(&self.settings.name, &self.card_port)?;
-                self.driver.insert(mirror::Mirror::new(self.settings.clone())?)
+                self.line = ports.find_line(&self.name, &self.port)?;
+                self.card = ports.find_card(&self.name, &self.card_port)?;
+                self.driver.insert(S::with(self.settings.clone())?)
             }
         };
-        Ok(driver.configure(ports.line(self.line), now)?.map(|_| ()))
+        self.identity = driver.configure(ports.line(self.line), now)?;
+        Ok(self.identity.is_some().then_some(()))
     }
 
     fn identity(&self) -> Option<String> {
-        self.driver.as_ref().map(|_| "CCBu40 servo, analog and serial channel".to_owned())
+        self.identity.clone()
     }
 
     fn change(&mut self, settings: &PointSettings) -> Result<(), DeviceError> {
@@ -201,7 +225,7 @@ impl Device for Mirror {
     }
 }
 
-impl SteeringMirror for Mirror {
+impl<S: Servo> SteeringMirror for Mirror<S> {
     fn angle_rad(&self) -> [f64; 2] {
         self.actuals.angle_rad
     }

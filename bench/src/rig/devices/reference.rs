@@ -21,6 +21,7 @@ pub const DRIVER: Driver = Driver {
     doc: "Polygons on two axes and the autocollimators that read them.",
     role: Some(DeviceRole::AngleReference),
     certified_as: Some("reference"),
+    rate_range_rad_per_s: None,
     ports: &[PortField::card("Analog card with both autocollimators.")],
     fields: &[
         Field::required(

@@ -17,6 +17,7 @@ pub(super) const DRIVER: Driver = Driver {
     doc: "Oscilloscope with current probes on the motors (Keysight InfiniiVision command set).",
     role: Some(DeviceRole::Oscilloscope),
     certified_as: Some("scope"),
+    rate_range_rad_per_s: None,
     ports: &[PortField::line("SCPI line.")],
     fields: &[
         Field::default(

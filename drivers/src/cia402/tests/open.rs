@@ -193,7 +193,9 @@ fn errors_say_device_object_expected_found_and_what_to_do() {
     far_end.aborting.push(((0x2F00, 0), 0x0602_0000));
     assert_eq!(
         error(&mut far_end, azimuth()).to_string(),
-        "az: object 2F00h:00 (process data watchdog): abort 06020000h, no such object"
+        "az: object 2F00h:00 (process data watchdog): expected an object that takes the torque away when process data stay out, \
+         found no such object; correct `[watchdog]` in the profile of the drive; without it the drive would go on with its last \
+         command when the bench falls silent"
     );
     let mut far_end = Dictionary::of(&azimuth());
     far_end.put(0x60C2, 2, &[]);

@@ -12,6 +12,7 @@ impl CanOpenBus {
     pub(super) fn cycle(&mut self, now: Duration, image: &mut ProcessImage) -> Result<Exchange, DeviceError> {
         self.reach(now);
         self.listen();
+        self.nodes.iter_mut().for_each(|node| node.took_part = false);
         self.check()?;
         self.check_image(image)?;
         let mut working_counter = 0;

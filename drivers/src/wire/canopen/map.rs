@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::super::can::most_frame_bits;
+use super::load;
 use super::message::{self, NmtCommand, NmtState};
 use super::node::Lengths;
 use super::{CanOpenBus, ProcessImage, Slot};
@@ -16,8 +16,6 @@ const NO_REMOTE: i64 = 1 << 30;
 const EVERY_SYNC: i64 = 1;
 /// Longest wait for the TPDOs of the first SYNC.
 const FIRST_LIMIT: Duration = Duration::from_millis(100);
-/// Largest part of a cycle that process data may take: SDO transfers, heartbeats and emergencies need the rest.
-const MOST_LOAD: f64 = 0.9;
 
 impl CanOpenBus {
     pub(super) fn configure(&mut self) -> Result<(ProcessImage, Vec<(u16, Slot)>), DeviceError> {
@@ -69,9 +67,8 @@ impl CanOpenBus {
 
     /// Refuses a cycle that is too short for its frames.
     fn check_load(&self) -> Result<(), DeviceError> {
-        let pdos = self.nodes.iter().flat_map(|node| node.rpdos.iter().chain(&node.tpdos));
-        let bits: u32 = pdos.filter(|&&bytes| bytes > 0).map(|&bytes| most_frame_bits(bytes)).sum();
-        let needed_s = f64::from(bits + most_frame_bits(0)) / self.settings.bit_rate_hz / MOST_LOAD;
+        let lengths = self.nodes.iter().flat_map(|node| [&node.rpdos, &node.tpdos]);
+        let needed_s = load::shortest_s(lengths, self.settings.bit_rate_hz);
         if self.settings.cycle_s >= needed_s {
             return Ok(());
         }

@@ -28,6 +28,8 @@ pub(super) struct Node {
     pub(super) rpdos: Lengths,
     pub(super) tpdos: Lengths,
     pub(super) slot: Slot,
+    /// Its inputs of the last exchange were whole.
+    pub(super) took_part: bool,
     /// Inputs as they come in, PDO after PDO.
     received: [u8; MOST_BYTES],
     /// Which TPDOs came since the last SYNC, one bit each.
@@ -46,6 +48,7 @@ impl Node {
             rpdos: Lengths::default(),
             tpdos: Lengths::default(),
             slot: Slot::default(),
+            took_part: false,
             received: [0; MOST_BYTES],
             came: 0,
         }
@@ -96,6 +99,7 @@ impl Node {
     /// Copies what came into the node's inputs if it is complete and the node stands; whether it did. The next SYNC begins.
     pub(super) fn hand_over(&mut self, inputs: &mut [u8]) -> bool {
         let is_good = self.is_complete() && !self.has_fallen;
+        self.took_part = is_good;
         self.came = 0;
         if let (true, Some(place)) = (is_good, inputs.get_mut(self.slot.inputs.clone())) {
             let count = place.len().min(MOST_BYTES);

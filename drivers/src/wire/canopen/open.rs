@@ -7,6 +7,8 @@ use super::message::{NmtCommand, NmtState};
 use super::node::Node;
 use super::sdo::SdoClient;
 use super::{CanLink, CanOpenBus, CanOpenSettings};
+use crate::cia402::PowerState;
+use crate::cia402::frames::NO_OBJECT;
 use crate::cia402::objects::{self, Access, DataType, Object};
 use crate::cia402::{Dictionary, Waiting};
 use crate::device::DeviceError;
@@ -79,6 +81,9 @@ impl CanOpenBus {
     fn boot(&mut self) -> Result<(), DeviceError> {
         self.reach(self.link.now() + LISTEN);
         self.check()?;
+        if !self.settings.may_let_go {
+            self.check_nothing_is_held()?;
+        }
         self.is_alone = true;
         for k in 0..self.nodes.len() {
             // Who was switched on just now has told so already; the boot-up after this command counts.
@@ -101,6 +106,33 @@ impl CanOpenBus {
             help: "check supply, wiring, termination, bit rate and the node-ID that is set at the drive, or correct the stations in \
                    the rig file",
         })
+    }
+
+    /// Refuses drives that may hold an axis: the reset that follows takes their torque away. One that is silent has no supply, or
+    /// only just got it.
+    fn check_nothing_is_held(&mut self) -> Result<(), DeviceError> {
+        for k in 0..self.nodes.len() {
+            let (id, is_heard) = (self.nodes[k].id, self.nodes[k].state != NmtState::BootUp);
+            let found = match self.with_dictionary(u16::from(id), |node| node.read(objects::STATUSWORD)) {
+                Ok(statusword) if holds_nothing(statusword as u16) => continue,
+                Ok(statusword) => format!("statusword {statusword:04X}h"),
+                Err(DeviceError::Abort { code: NO_OBJECT, .. }) => continue,
+                Err(_) if is_heard => "heartbeats, but no answer to SDO requests".to_owned(),
+                Err(_) => {
+                    self.check()?;
+                    continue;
+                }
+            };
+            return Err(DeviceError::Field {
+                device: format!("{}, node {id}", self.name),
+                field: "torque",
+                expected: "a drive that holds nothing".to_owned(),
+                found,
+                help: "opening the bus resets the drive, which lets go of its axis: secure all axes mechanically, then run \
+                       `bench devices --let-go`, or switch the drive off",
+            });
+        }
+        Ok(())
     }
 
     /// Listens until `is_over`, at the latest until `limit`; whether it is over.
@@ -177,4 +209,10 @@ impl CanOpenBus {
         self.check()?;
         outcome
     }
+}
+
+/// Whether a drive gives no torque: one that is still starting gives none either.
+fn holds_nothing(statusword: u16) -> bool {
+    let state = PowerState::of(statusword);
+    state.is_without_torque() || state == PowerState::NotReady
 }

@@ -25,6 +25,8 @@ pub struct CanOpenSettings {
     pub heartbeat_s: f64,
     /// The nodes that must be there, by their node-ID as station.
     pub nodes: Vec<ExpectedStation>,
+    /// Whether drives may let go of what they hold when the bus is opened: somebody has secured the axes, or no drive is real.
+    pub may_let_go: bool,
 }
 
 impl CanOpenSettings {
@@ -38,6 +40,7 @@ impl CanOpenSettings {
             own_node: 127,
             heartbeat_s: 0.05,
             nodes: nodes.iter().map(node).collect(),
+            may_let_go: false,
         }
     }
 

@@ -1,4 +1,5 @@
 use super::*;
+use crate::payload::DeviceTypes;
 use drivers::tracker::{LENGTH, Sample, Source, decode};
 use drivers::wire::DatagramPort;
 
@@ -6,7 +7,7 @@ use drivers::wire::DatagramPort;
 fn samples(steps_at_a_time: usize) -> Vec<(Source, Sample)> {
     let mut unit = UnitSettings::default();
     unit.target.elevation_rad = start().el_rad;
-    let mut bus = DirectorBus::of_director(&unit, &address(1), start(), 4000.0);
+    let mut bus = DirectorBus::of_director(&unit, &address(1), start(), 4000.0, DeviceTypes::default());
     for step in (0..=20_000).step_by(steps_at_a_time) {
         bus.advance_to(Duration::from_micros(50 * step));
         if step % 400 == 0 {
