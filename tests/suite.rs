@@ -17,6 +17,8 @@ mod inertial;
 mod inputs;
 mod interrupts;
 mod latency;
+mod line_faults;
+mod locks;
 mod mirror;
 mod mistakes;
 mod modes;

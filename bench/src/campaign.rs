@@ -202,12 +202,13 @@ fn run_in<'scope, 'env, 'a: 'scope>(
     extras: &'a Extras,
     listener: &mut dyn Listener,
 ) -> Result<RunResult, RunError> {
+    let wires = admit::hold_wires(setup)?;
     let mut session = match setup.site.keeps_session() {
         true => Some(HeldSession::open(scope, setup, extras)?),
         false => None,
     };
     let found = session.as_ref().and_then(HeldSession::identified);
-    let (page, held) = admit::admit(setup, found)?;
+    let (page, held) = admit::admit(setup, found, wires)?;
     let page = Page { grants: session.as_ref().map(HeldSession::grants).unwrap_or_default(), ..page };
     if let Some(faults) = setup.site.wire_faults() {
         faults.begin();

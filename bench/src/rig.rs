@@ -18,6 +18,7 @@ pub mod devices;
 pub(crate) mod driver;
 mod emergency_stop;
 pub(crate) mod feedback;
+pub(crate) mod hearing;
 mod heat_sinks;
 pub mod identities;
 pub(crate) mod instruments;
@@ -242,6 +243,11 @@ impl ArmedRig {
     /// Instruments of the rig, for their tasks and their rows.
     pub fn instruments_mut(&mut self) -> &mut Instruments {
         &mut self.instruments
+    }
+
+    /// The first device or instrument that failed, and why.
+    pub fn failure(&self) -> Option<&DeviceError> {
+        self.devices.failure().or(self.instruments.failure())
     }
 
     /// Begins the task of a segment, if it has one that has not begun.

@@ -17,6 +17,7 @@ use procedures::log::LogError;
 
 use crate::clock::Clock;
 use crate::model::rig::Rig;
+use crate::people::lock::{self, Holder, LockError};
 use crate::realtime::{Rights, privileges};
 use crate::site::interface::{self, Kernel};
 use crate::site::unit::Unit;
@@ -48,6 +49,9 @@ pub struct Settings<'a> {
 /// Why a simulator cannot be served, or ended.
 #[derive(Debug, thiserror::Error)]
 pub enum SimError {
+    /// An interface or line that another simulator has.
+    #[error(transparent)]
+    Locked(#[from] LockError),
     /// An interface or a unit.
     #[error(transparent)]
     Device(#[from] DeviceError),
@@ -108,6 +112,8 @@ pub fn serve(
         .into());
     }
     let name = far_interface(settings)?;
+    let served = [vec![format!("interface {name}")], lock::far_ends(settings.rig)].concat();
+    let _claim = lock::claim(&lock::system_folder(), &served, &Holder::verb("sim"))?;
     let path = match &settings.control {
         Some(path) => path.clone(),
         None => path_for(&name).map_err(|source| SimError::Control { path: name.clone(), source })?,

@@ -12,7 +12,7 @@ pub enum FormatError {
         found: String,
     },
     /// A value that the instrument marks as not valid.
-    #[error("value {place} is {meaning}; check range, level and connections of the instrument")]
+    #[error("value {place}: expected a measured value, found {meaning}")]
     NotValid {
         /// Place in the list, from 1.
         place: usize,
@@ -34,10 +34,10 @@ pub enum FormatError {
         found: String,
     },
     /// A block of indefinite length.
-    #[error("an indefinite-length block `#0`: only the end of the connection would end it")]
+    #[error("expected a block of definite length, found one of indefinite length (`#0`)")]
     Indefinite,
     /// A block that ends early.
-    #[error("a block of {expected} bytes ends after {found}")]
+    #[error("expected a block of {expected} bytes, found {found} of them")]
     Truncated {
         /// Length by its header.
         expected: usize,
@@ -53,13 +53,13 @@ pub enum FormatError {
         found: u8,
     },
     /// More bytes than there is room for.
-    #[error("more than {limit} bytes")]
+    #[error("expected at most {limit} bytes, found more")]
     TooLong {
         /// Room.
         limit: usize,
     },
     /// Bytes behind the end of the answer.
-    #[error("{count} bytes after the end of the answer; check for another talker on the line")]
+    #[error("expected nothing after the end of the answer, found {count} bytes")]
     Trailing {
         /// How many.
         count: usize,
@@ -72,4 +72,22 @@ pub enum FormatError {
         /// What it is.
         found: String,
     },
+}
+
+impl FormatError {
+    /// What to do about it.
+    pub(crate) fn help(&self) -> &'static str {
+        match self {
+            Self::NotValid { .. } => "check range, level and connections of the instrument",
+            Self::Truncated { .. } | Self::Unterminated { .. } | Self::Trailing { .. } => {
+                "check cable and network, and whether another program talks to the instrument; then start again"
+            }
+            Self::Count { .. } | Self::TooLong { .. } => {
+                "check the settings of the instrument, and whether another program changes them; then start again"
+            }
+            Self::NotANumber { .. } | Self::NotABlock { .. } | Self::Indefinite | Self::Text { .. } => {
+                "check model and command set of the instrument, and whether another program talks to it"
+            }
+        }
+    }
 }

@@ -133,7 +133,7 @@ pub enum DeviceError {
         message: String,
     },
     /// An instrument's answer is not what the query demands.
-    #[error("{device}: {command}: {source}")]
+    #[error("{device}: {command}: {source}; {}", source.help())]
     Answer {
         /// Instrument.
         device: String,
@@ -150,4 +150,43 @@ pub enum DeviceError {
         /// What happened.
         reason: String,
     },
+}
+
+impl DeviceError {
+    /// The error with the name of a device in front of the line or bus that reports it; as it is where it names that device.
+    #[must_use]
+    pub fn of_device(mut self, name: &str) -> Self {
+        let own = match &mut self {
+            Self::Abort { device, .. }
+            | Self::Mismatch { device, .. }
+            | Self::Field { device, .. }
+            | Self::Setting { device, .. }
+            | Self::Fault { device, .. }
+            | Self::StateTimeout { device, .. }
+            | Self::Instrument { device, .. }
+            | Self::Answer { device, .. }
+            | Self::Bus { device, .. } => device,
+        };
+        let is_named = own.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with(" at "));
+        if !is_named {
+            *own = format!("{name} at {own}");
+        }
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_error_of_a_line_gets_the_name_of_its_device_once() {
+        let of_line =
+            |device: &str| DeviceError::Bus { device: device.to_owned(), reason: "gone".to_owned() };
+        let named = of_line("tcp:192.168.1.20:5025").of_device("scope");
+        assert_eq!(named.to_string(), "scope at tcp:192.168.1.20:5025: gone");
+        assert_eq!(named.clone().of_device("scope"), named);
+        assert_eq!(of_line("scope").of_device("scope"), of_line("scope"));
+        assert_eq!(of_line("scope2").of_device("scope").to_string(), "scope at scope2: gone");
+    }
 }

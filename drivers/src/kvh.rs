@@ -144,15 +144,16 @@ impl Kvh {
     /// When the line is gone.
     pub fn poll(&mut self, line: &mut dyn ByteLine, now: Duration) -> Result<u32, DeviceError> {
         let mut messages_count = 0;
-        read_waiting(line, now, |bytes| {
+        let read = read_waiting(line, now, |bytes| {
             messages_count += self.take(bytes);
             Ok(())
-        })?;
+        });
         if messages_count > 0 {
             self.last.sent_at = self.arrival.began(now, BITS_PER_BYTE / f64::from(self.settings.baud));
         }
+        // A line that is gone brings nothing: what came before it ages.
         self.freshness.polled(now, messages_count);
-        Ok(messages_count)
+        read.map(|()| messages_count)
     }
 
     /// Parses the next bytes of the stream, in pieces of any size. Returns the number of messages that they completed.
@@ -228,7 +229,17 @@ impl Kvh {
 
     /// Whether no message has come for ten periods, or none at all.
     pub fn is_stale(&self, now: Duration) -> bool {
-        !self.seen || self.freshness.silent_s(now) > STALE_PERIODS / self.settings.message_rate_hz
+        !self.seen || self.silent_s(now) > STALE_PERIODS / self.settings.message_rate_hz
+    }
+
+    /// How long no message has come, s; 0 before the first. A unit that sends a message for each pulse is silent by the polls
+    /// that found none: where polls were missed, so were pulses.
+    pub fn silent_s(&self, now: Duration) -> f64 {
+        match self.settings.synchronisation {
+            _ if !self.seen => 0.0,
+            Synchronisation::External => f64::from(self.freshness.age_ticks) / self.settings.message_rate_hz,
+            Synchronisation::Internal(_) => self.freshness.silent_s(now),
+        }
     }
 
     /// Ticks since the newest message arrived.

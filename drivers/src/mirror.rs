@@ -76,8 +76,9 @@ pub struct Mirror {
     /// The line is taken by a configuration that began anew.
     is_changing: bool,
     identity: Identity,
-    selected: usize,
-    /// Orders that the unit has, as sent.
+    /// Axis that the unit takes orders for; `None` where that is not known.
+    selected: Option<usize>,
+    /// Orders that the unit has, as sent; NaN where that is not known.
     order_v: [f64; 2],
     /// Next in the rota of serial commands: orders of both axes, feedback of both axes.
     turn: usize,
@@ -114,7 +115,7 @@ impl Mirror {
             awaits_old_reply: false,
             is_changing: false,
             identity: Identity::default(),
-            selected: 0,
+            selected: Some(0),
             order_v: [0.0; 2],
             turn: 0,
             actuals: Actuals::default(),
@@ -159,7 +160,7 @@ impl Mirror {
                 3 => Command::CloseLoop(true),
                 _ => Command::Parameters(axis),
             };
-            self.selected = axis;
+            self.selected = Some(axis);
             self.transaction.send(line, command, now)?;
         }
         Ok(None)
@@ -259,7 +260,8 @@ impl Mirror {
         if self.is_changing {
             return Ok(());
         }
-        let reply = self.transaction.poll(line, self.settings.reply_timeout_s, now)?;
+        let reply = self.transaction.poll(line, self.settings.reply_timeout_s, now);
+        let reply = reply.inspect_err(|_| self.forget_unit())?;
         if let Some(Reply::Feedback(axis, volts)) = reply {
             self.actuals.angle_rad[axis] = volts * self.settings.scale_rad_per_v[axis];
             self.fresh_feedback(now);
@@ -267,9 +269,14 @@ impl Mirror {
         if self.transaction.is_idle()
             && let Some(command) = self.next_command(command_v)
         {
-            self.transaction.send(line, command, now)?;
+            self.transaction.send(line, command, now).inspect_err(|_| self.forget_unit())?;
         }
         Ok(())
+    }
+
+    /// Nobody knows what the unit has taken of a command that failed: axis and orders are sent anew.
+    fn forget_unit(&mut self) {
+        (self.selected, self.order_v) = (None, [f64::NAN; 2]);
     }
 
     /// Orders that changed and feedback, in turn; the axis is selected first where it is another one.
@@ -280,8 +287,8 @@ impl Mirror {
             let order_v = (command_v[axis] / ORDER_RESOLUTION_V).round() * ORDER_RESOLUTION_V;
             let ordering = turn < 2 && self.settings.command == Path::Serial;
             let changed = ordering && order_v != self.order_v[axis];
-            if changed && self.selected != axis {
-                self.selected = axis;
+            if changed && self.selected != Some(axis) {
+                self.selected = Some(axis);
                 return Some(Command::SelectAxis(axis));
             }
             self.turn = (turn + 1) % TURNS;

@@ -335,13 +335,14 @@ impl<T: Copy> Session<T> {
     }
 
     fn silence(&self, waited_s: f64) -> DeviceError {
-        let reason = format!(
-            "{}: no whole answer within {waited_s:.3} s, {} bytes so far; check power, address and cable \
-             of the instrument",
-            self.asked(),
-            self.answer.len()
-        );
-        DeviceError::Bus { device: self.name.clone(), reason }
+        let bytes = self.answer.len();
+        DeviceError::Field {
+            device: self.name.clone(),
+            field: "answer",
+            expected: format!("a whole one to {}", self.asked()),
+            found: format!("none within {waited_s:.3} s, {bytes} bytes so far"),
+            help: "check power, address and cable of the instrument",
+        }
     }
 }
 

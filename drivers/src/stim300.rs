@@ -185,16 +185,17 @@ impl Stim300 {
     /// When the line is gone, or when the unit has another configuration than it was opened with.
     pub fn poll(&mut self, line: &mut dyn ByteLine, now: Duration) -> Result<u32, DeviceError> {
         let mut measurements_count = 0;
-        read_waiting(line, now, |bytes| {
+        let read = read_waiting(line, now, |bytes| {
             measurements_count += self.take(bytes)?;
             Ok(())
-        })?;
+        });
         if measurements_count > 0 {
             let sent_at = self.arrival.began(now, self.byte_s);
             self.last.sampled_at = sent_at.saturating_sub(Duration::from_secs_f64(self.last.latency_s));
         }
+        // A line that is gone brings nothing: what came before it ages.
         self.freshness.polled(now, measurements_count);
-        Ok(measurements_count)
+        read.map(|()| measurements_count)
     }
 
     /// Parses the next bytes of the stream, in pieces of any size. Returns the number of measurements that they completed.
@@ -359,7 +360,12 @@ impl Stim300 {
             SampleRate::Internal(rate_hz) => STALE_PERIODS / f64::from(rate_hz),
             SampleRate::External => STALE_TRIGGERED_S,
         };
-        !self.seen || self.freshness.silent_s(now) > limit_s
+        !self.seen || self.silent_s(now) > limit_s
+    }
+
+    /// How long no measurement has come, s; 0 before the first.
+    pub fn silent_s(&self, now: Duration) -> f64 {
+        if self.seen { self.freshness.silent_s(now) } else { 0.0 }
     }
 
     /// Ticks since the newest measurement arrived.

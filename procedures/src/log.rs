@@ -175,6 +175,13 @@ pub enum Event {
         /// What it said, with its code and what that means.
         what: String,
     },
+    /// A device that hangs on a line of its own failed, fell silent, was heard again, or has lost messages.
+    DeviceNotice {
+        /// Index of the point.
+        point: usize,
+        /// Device, field, what was expected, what was found, and what to do.
+        what: String,
+    },
     /// How late the ticks of a point came, as it ends. Only a loop in real time tells it.
     Lateness {
         /// Index of the point.

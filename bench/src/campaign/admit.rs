@@ -7,7 +7,7 @@ use reports::record::{DeviceRecord, TitlePage};
 
 use super::{RunError, Setup, point};
 use crate::clock;
-use crate::people::lock::{self, Held};
+use crate::people::lock::{self, Held, Holder, LockError};
 use crate::people::{self, Situation};
 use crate::plan::CampaignPlan;
 use crate::plan::calibration;
@@ -15,12 +15,23 @@ use crate::record::log::{SUFFIX, origin};
 use crate::record::page::{Basis, KeptFile, Page, PageStage, PlannedLog};
 use crate::record::polarity;
 
-/// Who is there, whether people allow the run, and what it must hold alone.
+/// What a run must hold before its rig is opened: another process may be speaking over the same wires.
+///
+/// # Errors
+/// When somebody else holds one of them, or when the last run on the interface was lost and nobody has looked yet.
+pub(super) fn hold_wires(setup: &Setup<'_>) -> Result<Held, LockError> {
+    let folder = &setup.lock_folder;
+    let lines = lock::claim(folder, &lock::lines(setup.rig), &Holder::run(&setup.folder))?;
+    Ok(lock::take(folder, &lock::interfaces(setup.rig), &setup.folder)?.with_lines(lines))
+}
+
+/// Who is there, whether people allow the run, and what it must hold alone beside its wires.
 ///
 /// `found` is the bus and its devices where a session has them open; otherwise the rig is opened once to learn it.
 pub(super) fn admit(
     setup: &Setup<'_>,
     found: Option<(String, Vec<DeviceRecord>)>,
+    wires: Held,
 ) -> Result<(Page, Held), RunError> {
     let (bus, devices) = found.map_or_else(|| point::identify(setup), Ok)?;
     let real = crate::rig::identities::real(&devices);
@@ -32,7 +43,7 @@ pub(super) fn admit(
     if !refusals.is_empty() {
         return Err(RunError::Refused(refusals.join("\n  and: ")));
     }
-    let held = lock::take(&setup.lock_folder, &lock::resources(setup.rig, &bus, &devices), &setup.folder)?;
+    let held = wires.take_more(&setup.lock_folder, &lock::rig_itself(setup.rig, &bus, &devices))?;
     Ok((title_page(setup, devices)?, held))
 }
 

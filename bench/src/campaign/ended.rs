@@ -96,7 +96,8 @@ fn run_badly(ended: &Result<&PointOutcome, &DeviceError>) -> bool {
 fn reasons(outcome: &PointOutcome, setup: &Setup<'_>) -> Vec<(String, u8)> {
     let mut all = Vec::new();
     if let Some(trip) = &outcome.trip {
-        all.push((format!("tripped: {}", trip.reason(&setup.rig.axis_names())), exit::INCONCLUSIVE));
+        let cause = outcome.cause.as_ref().map_or(String::new(), |cause| format!(" ({cause})"));
+        all.push((format!("tripped: {}{cause}", trip.reason(&setup.rig.axis_names())), exit::INCONCLUSIVE));
     }
     if let Some(error) = &outcome.error {
         let code = match error {

@@ -6,7 +6,7 @@ use super::options::On;
 use super::output;
 use crate::exit;
 use crate::model::rig::Tier;
-use crate::people::console;
+use crate::people::{console, lock};
 use crate::site::{Purpose, Site, WiredSite, site};
 
 #[derive(clap::Args, Debug)]
@@ -40,6 +40,13 @@ pub(super) fn run(args: &Args) -> u8 {
             Box::new(WiredSite::default().with_axes_secured()) as Box<dyn Site>
         }
         _ => site(&rig, &unit, &[]),
+    };
+    let _claim = match lock::claim_wires(&rig, "devices") {
+        Ok(claim) => claim,
+        Err(error) => {
+            output::error(&error.to_string());
+            return exit::REFUSED;
+        }
     };
     match site.open(&rig, &gains, &purpose) {
         Ok(session) => {

@@ -8,7 +8,7 @@ use crate::files::parameters;
 use crate::files::rig::read_rig;
 use crate::files::unit::load_unit;
 use crate::people::inspect::{self, Finding, LastKnown, Standing, TOLERANCE_DEG};
-use crate::people::lock;
+use crate::people::lock::{self, Holder};
 use crate::record::evidence;
 use crate::record::journal::AxisAngle;
 use crate::record::page::Page;
@@ -58,12 +58,15 @@ fn inspect(args: &Args) -> Result<u8, u8> {
     let gains = parameters::load(&rig).map_err(|found| output::mistakes(&found))?;
     let of_run = page.unit_files.first().map_or("nominal", |file| file.name.as_str());
     let unit = load_unit(args.unit.as_deref().unwrap_or(of_run)).map_err(|found| output::mistakes(&found))?;
+    let _lines =
+        lock::claim(&lock::system_folder(), &lock::lines(&rig), &Holder::verb("inspect")).map_err(refused)?;
     let standing =
         inspect::stand(&VirtualSite::new(&unit, &[]), &rig, &gains, &known.angles_deg).map_err(|error| {
             output::error(&error.to_string());
             exit::BENCH
         })?;
-    let resources = lock::resources(&rig, &standing.bus, &standing.devices);
+    let resources =
+        [lock::interfaces(&rig), lock::rig_itself(&rig, &standing.bus, &standing.devices)].concat();
     let held = lock::take_to_inspect(&lock::system_folder(), &resources, &args.run).map_err(refused)?;
     output::say(&told(&known, &standing));
     let (Some(by), Some(found)) = (args.operator.clone(), args.found.clone()) else {

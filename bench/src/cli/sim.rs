@@ -8,7 +8,7 @@ use super::options::load;
 use super::output;
 use crate::exit;
 use crate::people::signals;
-use crate::sim::{self, Settings};
+use crate::sim::{self, Settings, SimError};
 use crate::site;
 use crate::site::order::{self, Answer};
 
@@ -95,7 +95,7 @@ fn serve(args: &Args) -> u8 {
         }
         Err(error) => {
             output::error(&error.to_string());
-            exit::BENCH
+            if matches!(error, SimError::Locked(_)) { exit::REFUSED } else { exit::BENCH }
         }
     }
 }

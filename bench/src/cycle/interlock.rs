@@ -16,7 +16,7 @@ mod rows;
 mod watch;
 mod zone;
 
-pub(crate) use data::{FROZEN_ENCODER, FROZEN_GYRO, LIVENESS, LOG_RING, RATE_FEEDBACK};
+pub(crate) use data::{FROZEN_ENCODER, FROZEN_GYRO, LIVENESS, LOG_RING, RATE_FEEDBACK, TRACKER_LOST};
 pub(crate) use electrical::{BUS_VOLTAGE, UNCOMMANDED_TORQUE};
 use memory::Memory;
 pub(crate) use motion::{ACCELERATION, BRAKING_CURVE, POSITION, RESTRICTED_ZONE, RUNAWAY};

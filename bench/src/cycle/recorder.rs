@@ -8,6 +8,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::JoinHandle;
 
+use drivers::device::DeviceError;
 use drivers::wire::Notice;
 use procedures::log::{
     Attachment, EndedBy, Event, LatenessHistogram, LogError, LogWriter, Plan, PointStatus, STOP_SUFFIX,
@@ -20,6 +21,7 @@ use crate::clock::{self, Stopwatch};
 use crate::model::rig::Rig;
 use crate::record::durable::Identity;
 use crate::rig::devices;
+use crate::rig::hearing::HearingNews;
 
 /// Most channels that a topic may have.
 pub const MAX_CHANNELS: usize = 20;
@@ -29,8 +31,8 @@ const RING_ROWS: usize = 32_768;
 /// Time for which a ring takes every row of every topic where the loop does not wait: a disk may stall for two seconds.
 const RING_S: f64 = 2.5;
 
-/// What goes through the ring: plain data, so that the tick never allocates.
-#[derive(Clone, Copy, Debug)]
+/// What goes through the ring: plain data, so that the tick never allocates; only an error has text.
+#[derive(Clone, Debug)]
 pub enum Item {
     /// A row of a topic.
     Row {
@@ -50,25 +52,70 @@ pub enum Item {
     },
 }
 
-/// Events of the loop as plain data.
-#[derive(Clone, Copy, Debug)]
+/// Events of the loop as plain data, but for the error of a device.
+#[derive(Clone, Debug)]
 #[allow(missing_docs)]
 pub enum LoopEvent {
-    PointStarted { point: usize },
-    SegmentStarted { point: usize, segment: usize, position_rad: f64 },
-    SegmentEnded { point: usize, segment: usize, by: EndedBy },
-    Tripped { point: usize, trip: crate::cycle::interlock::Trip },
-    Stopped { point: usize, stop: crate::cycle::stops::StopNumbers },
-    Left { point: usize, left: crate::cycle::safe::SafeAxis },
-    RingHalfFull { point: usize },
-    Stall { point: usize, stall: Stall },
-    Noticed { point: usize, notice: Notice },
-    Lateness { point: usize, histogram: LatenessHistogram },
-    PointEnded { point: usize, status: PointStatus },
+    PointStarted {
+        point: usize,
+    },
+    SegmentStarted {
+        point: usize,
+        segment: usize,
+        position_rad: f64,
+    },
+    SegmentEnded {
+        point: usize,
+        segment: usize,
+        by: EndedBy,
+    },
+    Tripped {
+        point: usize,
+        trip: crate::cycle::interlock::Trip,
+    },
+    Stopped {
+        point: usize,
+        stop: crate::cycle::stops::StopNumbers,
+    },
+    Left {
+        point: usize,
+        left: crate::cycle::safe::SafeAxis,
+    },
+    RingHalfFull {
+        point: usize,
+    },
+    Stall {
+        point: usize,
+        stall: Stall,
+    },
+    Noticed {
+        point: usize,
+        notice: Notice,
+    },
+    /// A device failed.
+    DeviceFailed {
+        point: usize,
+        error: Box<DeviceError>,
+    },
+    /// How a device is heard, by its place in [`devices::names`].
+    Heard {
+        point: usize,
+        device: usize,
+        news: HearingNews,
+    },
+    Lateness {
+        point: usize,
+        histogram: LatenessHistogram,
+    },
+    PointEnded {
+        point: usize,
+        status: PointStatus,
+    },
 }
 
 impl LoopEvent {
-    fn spelled_out(self, axes: &[String]) -> Event {
+    fn spelled_out(self, names: &Names) -> Event {
+        let axes = &names.axes;
         match self {
             Self::PointStarted { point } => Event::PointStarted { point },
             Self::SegmentStarted { point, segment, position_rad } => {
@@ -83,12 +130,26 @@ impl LoopEvent {
             Self::Noticed { point, notice } => {
                 Event::Notice { point, station: notice.station, what: notice.news.text() }
             }
+            Self::DeviceFailed { point, error } => Event::DeviceNotice { point, what: error.to_string() },
+            Self::Heard { point, device, news } => {
+                let name = names.devices.get(device).map_or("device", String::as_str);
+                Event::DeviceNotice { point, what: news.text(name) }
+            }
             Self::Lateness { point, histogram } => Event::Lateness { point, histogram: Box::new(histogram) },
             Self::Left { point, left } => left.spelled_out(point, axes),
             Self::Stopped { point, stop } => stop.spelled_out(point, axes),
             Self::PointEnded { point, status } => Event::PointEnded { point, status },
         }
     }
+}
+
+/// What events call axes and devices that the loop knows by their places.
+#[derive(Clone, Debug, Default)]
+pub struct Names {
+    /// Axes of the rig.
+    pub axes: Vec<String>,
+    /// Devices that are polled in the tick.
+    pub devices: Vec<String>,
 }
 
 /// What a log begins with.
@@ -99,8 +160,8 @@ pub struct LogHead<'a> {
     pub topics: Vec<Topic>,
     /// Files that it carries.
     pub attachments: &'a [Attachment],
-    /// Names of the axes in its events.
-    pub axes: Vec<String>,
+    /// Names in its events.
+    pub names: Names,
     /// What the log is about, for whoever looks at the file alone; it depends on the day, and no finding rests on it.
     pub about: BTreeMap<String, String>,
 }
@@ -110,7 +171,8 @@ impl<'a> LogHead<'a> {
     pub fn new(plan: &'a Plan, rig: &Rig) -> Self {
         let axes = rig.axis_names();
         let topics = channels::topics(&axes, &devices::groups(rig));
-        Self { plan, topics, attachments: &[], axes, about: BTreeMap::new() }
+        let names = Names { axes, devices: devices::names(rig) };
+        Self { plan, topics, attachments: &[], names, about: BTreeMap::new() }
     }
 }
 
@@ -156,7 +218,7 @@ impl Recorder {
         head: LogHead<'_>,
         waits: bool,
     ) -> Result<Self, LogError> {
-        let LogHead { plan, topics, attachments, axes, about } = head;
+        let LogHead { plan, topics, attachments, names, about } = head;
         let Log { sink, sync, path } = log;
         let sink = BufWriter::with_capacity(1 << 20, sink);
         let writer = LogWriter::about(sink, plan, &topics, attachments, &about)?;
@@ -171,7 +233,7 @@ impl Recorder {
         let shown = path.clone();
         let alive = Arc::clone(&beats);
         let work = move || {
-            let result = write_all(writer, sync, consumer, &topics, &axes, &shown, &alive);
+            let result = write_all(writer, sync, consumer, &topics, &names, &shown, &alive);
             told.store(result.is_err(), Ordering::Release);
             result
         };
@@ -302,8 +364,8 @@ impl Recorder {
 fn touched_ring(plan: &Plan, topics: usize) -> (Producer<Item>, Consumer<Item>) {
     let rows = (RING_S * plan.loop_rate_hz * topics as f64).ceil().max(RING_ROWS as f64) as usize;
     let (mut ring, mut consumer) = RingBuffer::new(rows);
-    let nothing = Item::Row { topic: 0, time_ns: 0, values: [0.0; MAX_CHANNELS] };
-    while ring.push(nothing).is_ok() {}
+    let nothing = || Item::Row { topic: 0, time_ns: 0, values: [0.0; MAX_CHANNELS] };
+    while ring.push(nothing()).is_ok() {}
     while consumer.pop().is_ok() {}
     (ring, consumer)
 }
@@ -353,7 +415,7 @@ fn write_all<W: Write + Seek>(
     sync: fn(&W) -> std::io::Result<()>,
     mut ring: Consumer<Item>,
     topics: &[Topic],
-    axes: &[String],
+    names: &Names,
     path: &Path,
     beats: &AtomicU64,
 ) -> Result<(), LogError> {
@@ -366,7 +428,7 @@ fn write_all<W: Write + Seek>(
                 let topic = usize::from(topic);
                 writer.row(topic, time_ns, &values[..topics[topic].channels.len()])?;
             }
-            Ok(Item::Event { time_ns, event }) => writer.event(time_ns, &event.spelled_out(axes))?,
+            Ok(Item::Event { time_ns, event }) => writer.event(time_ns, &event.spelled_out(names))?,
             Err(_) if abandoned => break,
             Err(_) => clock::nap(),
         }

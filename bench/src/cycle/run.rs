@@ -144,6 +144,7 @@ impl<'a> PointRun<'a> {
             sequencer.abandon();
         }
         ticks.tell(recorder, LoopEvent::PointStarted { point });
+        rig.devices_mut().begin_listening(start);
         let panic = catch_unwind(AssertUnwindSafe(|| {
             while !sequencer.finished() {
                 ticks.next();
@@ -157,6 +158,7 @@ impl<'a> PointRun<'a> {
             ending.error.get_or_insert(PointError::Internal("stopping the instruments panicked"));
         }
         let safe = leave_safe(rig, ticks, &mut ending, recorder);
+        survives(|| ticks.tell_losses(rig, recorder));
         ended(ticks, ending, safe, recorder)
     }
 }
@@ -174,11 +176,11 @@ fn ended(ticks: &Ticks<'_>, ending: Ending, safe: Safe, recorder: &mut Recorder)
     }
     survives(|| ticks.tell_lateness(recorder));
     survives(|| ticks.tell(recorder, LoopEvent::PointEnded { point, status }));
-    let Ending { trip, refused, error, signal, expected } = ending;
+    let Ending { trip, cause, refused, error, signal, expected } = ending;
     let trip = trip.filter(|_| !expected);
     let loop_s = (ticks.now - ticks.start).as_secs_f64();
     let stops = ticks.stops.all().collect();
-    PointOutcome { status, trip, refused, error, signal, loop_s, safe, stops }
+    PointOutcome { status, trip, cause, refused, error, signal, loop_s, safe, stops }
 }
 
 /// Does a part of an ending that must not keep the other parts from being done: whether it went without a panic.
@@ -268,7 +270,7 @@ fn tick(
         rig.stop_instruments(ticks.now);
     }
     let now = ticks.now;
-    let mut told = [None; 2];
+    let mut told = [None, None];
     let count = ticks.count;
     let dither_nm = &mut || dither.at(count);
     let stepped = sequencer.step(now, rig, dither_nm, &mut |event| {
@@ -302,6 +304,9 @@ fn guard(
     if let Some(trip) = ticks.first_out(rig, Some(sequencer), recorder, ending.trip.as_ref()) {
         ticks.tell_trip(recorder, trip);
         ending.expected = ending.trip.is_none() && !stopping && holds_a_fence(sequencer, ticks, rig, &trip);
+        if ending.trip.is_none() {
+            ending.cause = ticks.cause(&trip, rig).map(|error| error.to_string());
+        }
         ending.trip.get_or_insert(trip);
         if OF_THE_BENCH.contains(&trip.interlock) {
             ending.fail(format_args!("the bench failed: {}", trip.interlock));
@@ -330,7 +335,7 @@ fn guard(
     if signal != 0 {
         ending.signal = Some(signal);
         halt(rig, sequencer, ticks, recorder);
-    } else if let Some(error) = rig.devices().failure().or(rig.instruments().failure()) {
+    } else if let Some(error) = rig.failure() {
         ending.fail(error);
         halt(rig, sequencer, ticks, recorder);
     } else if recorder.failed() {

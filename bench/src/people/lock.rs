@@ -1,4 +1,5 @@
-//! System-wide locks: one run at a time on whatever can move something, and a mark that tells when that run was lost.
+//! System-wide locks: one process at a time on each interface, serial port and instrument, and a mark that tells when a run was
+//! lost on what can move something.
 //!
 //! A lock is a file that its owner holds with `flock`; the operating system lets it go when the process dies. Beside it
 //! lies the mark of an armed run. A clean end removes the mark; one that lies there without an owner names a run that
@@ -16,13 +17,19 @@ use crate::clock::utc_now;
 use crate::model::rig::Rig;
 use crate::record::journal;
 
+mod claim;
 #[cfg(test)]
 mod tests;
+
+pub(crate) use claim::{Claim, claim, claim_wires, far_ends, lines};
 
 /// Who holds a lock, or left a mark.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Holder {
-    /// Run folder, absolute.
+    /// Verb of the program that holds it, for one that is no run.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub verb: Option<String>,
+    /// Run folder, absolute; empty for a holder that is no run.
     pub run: PathBuf,
     /// Process.
     pub pid: u32,
@@ -72,6 +79,8 @@ pub enum LockError {
 pub struct Held {
     holder: Holder,
     locks: Vec<Lock>,
+    /// Lines, on which no mark is left.
+    _lines: Claim,
 }
 
 #[derive(Debug)]
@@ -93,12 +102,15 @@ pub(crate) fn system_folder() -> PathBuf {
     theirs.into_iter().find(writable).unwrap_or_else(std::env::temp_dir)
 }
 
-/// What must be held before this rig may move; its network interface, and the rig itself where a device
-/// may be real; nothing where every device is simulated in this process.
-pub(crate) fn resources(rig: &Rig, bus: &str, devices: &[DeviceRecord]) -> Vec<String> {
-    let interface = rig.interface().map(|name| format!("interface {name}"));
-    let rig = devices.iter().any(|d| d.may_be_real).then(|| format!("{} {bus}", rig.id));
-    interface.into_iter().chain(rig).collect()
+/// What must be held before a rig is opened: its network interface.
+pub(crate) fn interfaces(rig: &Rig) -> Vec<String> {
+    rig.interface().map(|name| format!("interface {name}")).into_iter().collect()
+}
+
+/// What must be held before this rig may move: the rig itself where a device may be real; nothing where every device is
+/// simulated.
+pub(crate) fn rig_itself(rig: &Rig, bus: &str, devices: &[DeviceRecord]) -> Vec<String> {
+    devices.iter().any(|d| d.may_be_real).then(|| format!("{} {bus}", rig.id)).into_iter().collect()
 }
 
 /// Takes all resources for a run, or none.
@@ -130,10 +142,26 @@ pub(crate) fn take_to_inspect(folder: &Path, resources: &[String], run: &Path) -
 }
 
 fn hold(folder: &Path, resources: &[String], run: &Path) -> Result<Held, LockError> {
-    let run = std::fs::canonicalize(run).unwrap_or_else(|_| run.to_owned());
-    let holder = Holder { run, pid: std::process::id(), utc: utc_now() };
-    let locks = resources.iter().map(|name| lock(folder, name, &holder)).collect::<Result<_, _>>()?;
-    Ok(Held { holder, locks })
+    let holder = Holder::run(run);
+    let locks = locked(folder, resources, &holder)?;
+    Ok(Held { holder, locks, _lines: Claim::default() })
+}
+
+fn locked(folder: &Path, resources: &[String], holder: &Holder) -> Result<Vec<Lock>, LockError> {
+    resources.iter().map(|name| lock(folder, name, holder)).collect()
+}
+
+impl Holder {
+    /// A run that writes to this folder.
+    pub(crate) fn run(folder: &Path) -> Self {
+        let run = std::fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
+        Self { verb: None, run, pid: std::process::id(), utc: utc_now() }
+    }
+
+    /// A verb of the program that is no run.
+    pub(crate) fn verb(name: &str) -> Self {
+        Self { verb: Some(name.to_owned()), run: PathBuf::new(), pid: std::process::id(), utc: utc_now() }
+    }
 }
 
 fn lock(folder: &Path, resource: &str, holder: &Holder) -> Result<Lock, LockError> {
@@ -178,7 +206,10 @@ fn sanitised(resource: &str) -> String {
 
 fn whose(path: &Path) -> String {
     match read(path) {
-        Some(Holder { run, pid, utc }) => format!("run {} (process {pid}, since {utc})", run.display()),
+        Some(Holder { verb: Some(verb), pid, utc, .. }) => {
+            format!("`bench {verb}` (process {pid}, since {utc})")
+        }
+        Some(Holder { run, pid, utc, .. }) => format!("run {} (process {pid}, since {utc})", run.display()),
         None => format!("an unidentified process ({})", path.display()),
     }
 }
@@ -203,6 +234,22 @@ fn lost_run(mark: &Path) -> Result<Option<(PathBuf, String)>, LockError> {
 }
 
 impl Held {
+    /// With lines that were claimed for the same run.
+    #[must_use]
+    pub(crate) fn with_lines(self, lines: Claim) -> Self {
+        Self { _lines: lines, ..self }
+    }
+
+    /// Takes more resources for the same run, all or none.
+    ///
+    /// # Errors
+    /// As [`take`].
+    pub(crate) fn take_more(mut self, folder: &Path, resources: &[String]) -> Result<Self, LockError> {
+        let more = take(folder, resources, &self.holder.run)?;
+        self.locks.extend(more.locks);
+        Ok(self)
+    }
+
     /// Marks the run as armed; from now on only [`Held::release`] tells that it ended well.
     ///
     /// # Errors

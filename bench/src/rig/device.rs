@@ -8,6 +8,7 @@ use procedures::case::{Case, Mode};
 
 use super::PointSettings;
 use super::devices::TrackLog;
+use super::hearing::Hearing;
 use super::wires::Ports;
 
 /// One thing on the rig. It never blocks, and is handed the ports with each call, because several devices may share one.
@@ -67,8 +68,18 @@ pub trait Device {
     /// anew.
     fn row(&mut self, row: &mut [f64]);
 
+    /// How it is heard, for a device that sends messages by itself; `None` for any other, and before it is open.
+    fn hearing(&self, _now: Duration) -> Option<Hearing> {
+        None
+    }
+
     /// The device as the sensor of the axes' rates.
     fn rate_sensor(&self) -> Option<RateSensor> {
+        None
+    }
+
+    /// Why its newest message is no rate to be used, where it is the sensor of the axes' rates.
+    fn invalid(&self) -> Option<DeviceError> {
         None
     }
 

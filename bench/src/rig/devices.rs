@@ -10,6 +10,7 @@ use procedures::device::DeviceRole;
 use super::PointSettings;
 use super::device::{Device, Group, LookedAt, RateSensor, SteeringMirror};
 use super::driver::{Driver, Made};
+use super::hearing::{self, Hearing, HearingNews, Listener};
 use super::instruments::Instrument;
 use super::wires::Ports;
 use crate::clock::Clock;
@@ -107,6 +108,13 @@ pub struct Devices {
     seen: [Actuals; 2],
     /// The first port that went; what hangs on it only ages from then on.
     failure: Option<DeviceError>,
+    /// What was told of how each device of the list is heard.
+    listeners: Vec<Listener>,
+}
+
+/// Names of the devices of a rig that are polled in the tick, in the order of [`Devices`].
+pub fn names(rig: &Rig) -> Vec<String> {
+    closed(rig).devices.iter().map(|device| device.name().to_owned()).collect()
 }
 
 impl Devices {
@@ -122,13 +130,16 @@ impl Devices {
     ) -> Result<(Self, Duration), DeviceError> {
         for device in &mut list {
             let name = device.name().to_owned();
-            converse(clock, &mut now, &name, |at| device.open(ports, at))?;
+            converse(clock, &mut now, &name, |at| {
+                device.open(ports, at).map_err(|error| error.of_device(&name))
+            })?;
         }
         let rate_sensor = list.iter().position(|device| device.rate_sensor().is_some());
         let mirror = list.iter_mut().position(|device| device.mirror().is_some());
         let track_log = list.iter_mut().position(|device| device.track_log().is_some());
         let seen = [Actuals::default(); 2];
-        Ok((Self { list, rate_sensor, mirror, track_log, seen, failure: None }, now))
+        let listeners = vec![Listener::default(); list.len()];
+        Ok((Self { list, rate_sensor, mirror, track_log, seen, failure: None, listeners }, now))
     }
 
     /// Begins to give the devices what a point changes.
@@ -161,7 +172,7 @@ impl Devices {
     pub fn poll(&mut self, ports: &mut Ports, now: Duration) {
         for device in &mut self.list {
             if let Err(error) = device.poll(ports, now) {
-                self.failure.get_or_insert(error);
+                self.failure.get_or_insert_with(|| error.of_device(device.name()));
             }
             match device.tracker() {
                 Some((Source::Coarse, newest)) => self.seen[0] = *newest,
@@ -199,10 +210,62 @@ impl Devices {
 
     /// Raises the synchronisation signal of the oscilloscope, or lets it fall.
     pub fn synchronise(&mut self, ports: &mut Ports, now: Duration, high: bool) {
-        let Some(mirror) = self.mirror.and_then(|place| self.list[place].mirror()) else { return };
-        if let Err(error) = mirror.synchronise(ports, now, high) {
-            self.failure.get_or_insert(error);
+        let Some(device) = self.mirror.map(|place| &mut self.list[place]) else { return };
+        let failed = device.mirror().and_then(|mirror| mirror.synchronise(ports, now, high).err());
+        if let Some(error) = failed {
+            self.failure.get_or_insert_with(|| error.of_device(device.name()));
         }
+    }
+
+    /// Places of the devices that send messages by themselves and mean something in a point, and how each is heard at `now`.
+    fn heard(&self, looked_at: LookedAt, now: Duration) -> impl Iterator<Item = (usize, Hearing)> {
+        let devices = self.list.iter().enumerate();
+        devices.filter_map(move |(place, device)| {
+            device.hearing(now).filter(|_| device.is_looked_at(looked_at)).map(|hearing| (place, hearing))
+        })
+    }
+
+    /// A point begins: what lines have lost until now is none of its losses.
+    pub fn begin_listening(&mut self, now: Duration) {
+        for (device, listener) in self.list.iter().zip(&mut self.listeners) {
+            if let Some(hearing) = device.hearing(now) {
+                listener.begin(&hearing);
+            }
+        }
+    }
+
+    /// Once a tick: tells which devices have fallen silent or are heard again, by their places in [`names`].
+    pub fn tell_silence(
+        &mut self,
+        looked_at: LookedAt,
+        now: Duration,
+        mut tell: impl FnMut(usize, HearingNews),
+    ) {
+        for (place, (device, listener)) in self.list.iter().zip(&mut self.listeners).enumerate() {
+            let hearing = device.hearing(now).filter(|_| device.is_looked_at(looked_at));
+            if let Some(news) = hearing.and_then(|hearing| listener.tick(&hearing)) {
+                tell(place, news);
+            }
+        }
+    }
+
+    /// Tells what the lines have lost since the point began.
+    pub fn tell_losses(&self, looked_at: LookedAt, now: Duration, mut tell: impl FnMut(usize, HearingNews)) {
+        for (place, hearing) in self.heard(looked_at, now) {
+            if let Some(news) = self.listeners[place].lost(&hearing) {
+                tell(place, news);
+            }
+        }
+    }
+
+    /// The first device that is silent, as its error; else why the sensor of the axes' rates is not to be used.
+    pub fn silence(&self, looked_at: LookedAt, now: Duration) -> Option<DeviceError> {
+        let silent = self.heard(looked_at, now).find(|(_, hearing)| hearing.silent_s > hearing.stale_s);
+        silent
+            .map(|(place, Hearing { period_s, silent_s, .. })| {
+                hearing::silence(self.list[place].name(), period_s, silent_s)
+            })
+            .or_else(|| self.list[self.rate_sensor?].invalid())
     }
 
     /// What the track loops did in this tick, in the order of [`crate::rig::tracking::Tracking::CHANNELS`].

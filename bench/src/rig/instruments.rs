@@ -161,7 +161,9 @@ impl Instruments {
     /// The first one that does not answer or is another model.
     pub fn identify(&mut self, ports: &mut Ports, now: Duration) -> Result<Option<()>, DeviceError> {
         while let Some(instrument) = self.list.get_mut(self.identities.len()) {
-            let Some(identity) = instrument.identify(ports, now)? else { return Ok(None) };
+            let identified =
+                instrument.identify(ports, now).map_err(|error| error.of_device(instrument.name()))?;
+            let Some(identity) = identified else { return Ok(None) };
             self.identities.push((instrument.name().to_owned(), identity));
         }
         Ok(Some(()))
@@ -190,7 +192,9 @@ impl Instruments {
         let job = &mut self.jobs.0[place];
         (job.progress, job.began, self.begun) = (Progress::Measuring, now, Some(place));
         let started = job.measuring.start(ports, now);
-        self.fail(started.err());
+        let name = self.list[job.instrument].name();
+        let failure = started.err().map(|error| error.of_device(name));
+        self.fail(failure);
         true
     }
 
@@ -207,13 +211,18 @@ impl Instruments {
             match job.measuring.poll(ports, now) {
                 Ok(true) => job.progress = Progress::Telling(0),
                 Ok(false) => {}
-                Err(error) => failure = Some(error),
+                Err(error) => failure = Some(error.of_device(self.list[job.instrument].name())),
             }
         }
         if over && failure.is_none() {
-            let reason = format!("{} within the {} s of its segment", job.measuring.when_late(), job.limit_s);
-            let device = self.list[job.instrument].name().to_owned();
-            failure = Some(DeviceError::Bus { device, reason });
+            let found = format!("{} within the {} s of its segment", job.measuring.when_late(), job.limit_s);
+            failure = Some(DeviceError::Field {
+                device: self.list[job.instrument].name().to_owned(),
+                field: "measurement",
+                expected: "a whole one".to_owned(),
+                found,
+                help: "check settings and cables of the instrument",
+            });
         }
         self.fail(failure);
     }

@@ -18,11 +18,10 @@ use procedures::device::DeviceRole;
 
 use crate::model::rig::{Gimbal, Rig};
 use crate::rig::devices::tracker::FRAME_RATE;
+use crate::rig::hearing::FRAMES_TO_LOSE;
 
 /// Rate of the coarse law (study 4.5).
 const LAW_RATE_HZ: f64 = 2000.0;
-/// Frames after which a missing target is no gap any more (safety.md: tracker).
-const FRAMES_TO_LOSE: f64 = 3.0;
 
 /// Which loops are closed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -42,7 +42,7 @@ pub(crate) fn open(
     let mut grounds = Vec::new();
     for (entry, line) in &all {
         let name = line.to_string();
-        let named = |error| with_device(error, &entry.name);
+        let named = |error: DeviceError| error.of_device(&entry.name);
         ports = match line {
             LineAddress::Serial { .. } | LineAddress::Tcp { .. } => {
                 ports.with_line(&name, Box::new(lines.open_line(line).map_err(named)?))
@@ -67,16 +67,6 @@ fn start(clock: &Clock) -> Result<Lines, DeviceError> {
         let reason = "the thread that starts them ended without a result".to_owned();
         Err(DeviceError::Bus { device: "lines".to_owned(), reason })
     })
-}
-
-/// The error of a line, with the device that hangs on it.
-fn with_device(error: DeviceError, device: &str) -> DeviceError {
-    match error {
-        DeviceError::Field { device: line, field, expected, found, help } => {
-            DeviceError::Field { device: format!("{device} at {line}"), field, expected, found, help }
-        }
-        other => other,
-    }
 }
 
 /// Whether a device behind a line may exist.

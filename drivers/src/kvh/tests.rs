@@ -183,6 +183,35 @@ fn a_message_was_sent_its_bytes_and_those_behind_it_before_the_poll() {
     }
 }
 
+/// A line that is gone.
+struct Gone;
+
+impl ByteLine for Gone {
+    fn name(&self) -> &str {
+        "line"
+    }
+
+    fn read(&mut self, _: Duration, _: &mut [u8]) -> Result<usize, DeviceError> {
+        Err(DeviceError::Bus { device: "line".to_owned(), reason: "unplugged".to_owned() })
+    }
+
+    fn write(&mut self, _: Duration, _: &[u8]) -> Result<(), DeviceError> {
+        self.read(Duration::ZERO, &mut []).map(|_| ())
+    }
+}
+
+#[test]
+fn the_newest_message_ages_on_a_line_that_is_gone() {
+    let mut imu = driver(true);
+    let at = Duration::from_millis;
+    assert_eq!(imu.poll(&mut WaitingBytes(bytes(SECOND)), at(1)), Ok(1));
+    for k in 1..=11 {
+        imu.poll(&mut Gone, at(1 + k)).expect_err("it is gone");
+        assert_eq!(u64::from(imu.age_ticks()), k);
+    }
+    assert!(imu.is_stale(at(12)) && (imu.silent_s(at(12)) - 0.011).abs() < 1e-12);
+}
+
 #[test]
 fn lost_messages_are_counted_across_the_wrap() {
     let mut imu = driver(true);

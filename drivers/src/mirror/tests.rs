@@ -203,7 +203,7 @@ fn silence_and_a_wrong_last_byte_are_errors_that_name_the_command() {
     let error =
         (0..100).find_map(|k| mirror.configure(&mut mute, ms(k)).err()).map(|error| error.to_string());
     assert!(
-        error.as_ref().is_some_and(|text| text.contains("V1E: 0 of 1 bytes within 0.051 s")),
+        error.as_ref().is_some_and(|text| text.contains("reply: expected 1 bytes to V1E, found 0 bytes within 0.051 s")),
         "{error:?}"
     );
     let mut mirror = driver(Path::Serial, Path::Serial);
@@ -242,6 +242,26 @@ fn serial_orders_go_only_when_they_change_and_share_the_line_with_the_feedback()
     assert_eq!(line.sent, ["Z0.20000E", "Q1E", "Q2E", "V2E", "Z0.40000E", "Q1E", "Q2E", "Q1E"]);
     assert_eq!(last.command_rad, [1e-4, 2e-4]);
     assert!((last.angle_rad[0] + 1.65 * 500e-6).abs() < 1e-6 && last.feedback_counter == 4, "{last:?}");
+}
+
+#[test]
+fn after_a_lost_reply_the_orders_of_both_axes_are_sent_anew_and_a_late_reply_is_thrown_away() {
+    let zero: &[u8] = &[0, 0, 0, 0, 0x58];
+    let mut line = Script::new(&[b"", b"X", b"X", zero, zero, b"X", b"X"]);
+    let mut mirror = driver(Path::Serial, Path::Serial);
+    let mut card = Card::default();
+    let lost = (0..100).find_map(|k| mirror.exchange(&mut line, &mut card, [1e-4, 0.0], ms(k)).err());
+    let text = lost.expect("no reply comes").to_string();
+    assert_eq!(
+        text,
+        "mirror line: reply: expected 1 bytes to Z0.20000E, found 0 bytes within 0.051 s; check power, cable and bit \
+         rate of the mirror unit"
+    );
+    line.incoming.extend(b"X");
+    for k in 100..107 {
+        mirror.exchange(&mut line, &mut card, [0.0; 2], ms(k)).expect("the unit answers again");
+    }
+    assert_eq!(line.sent, ["Z0.20000E", "V2E", "Z0.00000E", "Q1E", "Q2E", "V1E", "Z0.00000E", "Q1E"]);
 }
 
 #[test]

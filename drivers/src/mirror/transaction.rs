@@ -36,20 +36,21 @@ impl Transaction {
         self.pending.is_none()
     }
 
-    /// Sends a command; only while idle.
+    /// Sends a command; only while idle. Bytes that wait are the reply to an earlier command, or noise: they are thrown away.
     pub(super) fn send(
         &mut self,
         line: &mut dyn ByteLine,
         command: Command,
         now: Duration,
     ) -> Result<(), DeviceError> {
+        while line.read(now, &mut self.reply)? > 0 {}
         line.write(now, command.encode().bytes())?;
         self.pending = Some((command, now));
         self.length = 0;
         Ok(())
     }
 
-    /// The reply, once it is complete.
+    /// The reply, once it is complete. After an error the transaction is over, and the next command may be sent.
     pub(super) fn poll(
         &mut self,
         line: &mut dyn ByteLine,
@@ -66,7 +67,11 @@ impl Transaction {
         }
         if self.length < expected {
             let waited_s = now.saturating_sub(since).as_secs_f64();
-            return if waited_s > timeout_s { Err(self.no_reply(line, command, waited_s)) } else { Ok(None) };
+            if waited_s <= timeout_s {
+                return Ok(None);
+            }
+            self.pending = None;
+            return Err(self.no_reply(line, command, waited_s));
         }
         self.pending = None;
         self.decode(line, command).map(Some)
@@ -76,13 +81,12 @@ impl Transaction {
         let last = self.reply[self.length - 1];
         let data = &self.reply[..self.length - 1];
         if last != ACKNOWLEDGE {
-            return Err(DeviceError::Bus {
+            return Err(DeviceError::Field {
                 device: line.name().to_owned(),
-                reason: format!(
-                    "{}: expected X at the end of the reply, found {last:02X}h; check the bit rate and \
-                     look for another talker on the line",
-                    text_of(command)
-                ),
+                field: "reply",
+                expected: format!("X at the end of that to {}", text_of(command)),
+                found: format!("{last:02X}h"),
+                help: "check the bit rate, and look for another talker on the line",
             });
         }
         let mut words = [0; PARAMETER_WORDS];
@@ -97,14 +101,12 @@ impl Transaction {
     }
 
     fn no_reply(&self, line: &dyn ByteLine, command: Command, waited_s: f64) -> DeviceError {
-        DeviceError::Bus {
+        DeviceError::Field {
             device: line.name().to_owned(),
-            reason: format!(
-                "{}: {} of {} bytes within {waited_s:.3} s; check power, cable and bit rate of the mirror unit",
-                text_of(command),
-                self.length,
-                command.reply_length()
-            ),
+            field: "reply",
+            expected: format!("{} bytes to {}", command.reply_length(), text_of(command)),
+            found: format!("{} bytes within {waited_s:.3} s", self.length),
+            help: "check power, cable and bit rate of the mirror unit",
         }
     }
 }

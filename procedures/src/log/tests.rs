@@ -398,6 +398,7 @@ fn one_of_each_event() -> Vec<Event> {
         Event::RingHalfFull { point: 0 },
         Event::Stall { point: 0, stall: Stall { length_s: 0.0126, missed_periods: 50 } },
         Event::Notice { point: 0, station: 1, what: "emergency 2310h, over-current".to_owned() },
+        Event::DeviceNotice { point: 0, what: "imu: messages: heard again after 300.00 ms".to_owned() },
         Event::Lateness { point: 0, histogram: Box::default() },
         Event::PointEnded { point: 0, status: PointStatus::Lost },
     ]

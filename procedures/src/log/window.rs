@@ -248,6 +248,9 @@ impl Assembly {
             (Event::Notice { point, station, what }, Some(open)) if point == open.point => {
                 open.notices.push(format!("station {station}: {what}"));
             }
+            (Event::DeviceNotice { point, what }, Some(open)) if point == open.point => {
+                open.notices.push(what)
+            }
             (Event::Lateness { point, histogram }, Some(open)) if point == open.point => {
                 open.lateness.get_or_insert_default().add(&histogram);
             }

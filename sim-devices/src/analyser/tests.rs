@@ -97,7 +97,7 @@ fn an_instrument_that_is_slower_than_it_may_be_is_given_up() {
     unit.instruments.analyser_point_time_s = 10.0;
     let (mut line, _) = bed(&unit);
     let error = sweep(&mut line, [1, 2], &Order { points: 2, ..order(0) }).expect_err("20 s for two points");
-    assert!(error.to_string().contains("*OPC?: no whole answer within"), "{error}");
+    assert!(error.to_string().contains("expected a whole one to *OPC?, found none within"), "{error}");
 }
 
 /// Says something to it and gives the answer.

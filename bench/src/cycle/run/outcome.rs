@@ -26,6 +26,8 @@ pub struct PointOutcome {
     pub status: PointStatus,
     /// What tripped first.
     pub trip: Option<Trip>,
+    /// What was wrong with the sensor that the interlock missed, where it did.
+    pub cause: Option<String>,
     /// A gate that refused before motion.
     pub refused: Option<String>,
     /// What failed in the bench.
@@ -44,6 +46,8 @@ pub struct PointOutcome {
 #[derive(Debug, Default)]
 pub(super) struct Ending {
     pub(super) trip: Option<Trip>,
+    /// What was wrong with the sensor that it missed.
+    pub(super) cause: Option<String>,
     pub(super) refused: Option<String>,
     pub(super) error: Option<PointError>,
     pub(super) signal: Option<u8>,

@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::time::Duration;
 
+use drivers::device::DeviceError;
 use procedures::log::{LatenessHistogram, Stall, StopManner};
 
 use super::means::Means;
@@ -46,6 +47,7 @@ pub(super) struct Ticks<'a> {
     rows_since_payload: u64,
     pub(super) stops: Stops,
     ring_told: bool,
+    failure_told: bool,
     /// Whether the events belong to no point.
     is_untold: bool,
     /// Trips that stand in the log already, as interlock and axis: what was seen does not vanish in one tick.
@@ -83,6 +85,7 @@ impl<'a> Ticks<'a> {
             rows_since_payload: 0,
             stops: Stops::new(axes),
             ring_told: false,
+            failure_told: false,
             is_untold: false,
             told: [None; MOST_TRIPS],
             learned: false,
@@ -148,6 +151,35 @@ impl<'a> Ticks<'a> {
         self.tell(recorder, LoopEvent::Stall { point: self.conditions.point, stall });
     }
 
+    /// Tells which device has failed first, and how those are heard that send messages by themselves.
+    fn tell_devices(&mut self, rig: &mut ArmedRig, recorder: &mut Recorder) {
+        let point = self.conditions.point;
+        if let Some(error) = rig.failure().filter(|_| !self.failure_told) {
+            let error = Box::new(error.clone());
+            self.failure_told = true;
+            self.tell(recorder, LoopEvent::DeviceFailed { point, error });
+        }
+        let (looked_at, now) = (self.looked_at, self.now);
+        rig.devices_mut().tell_silence(looked_at, now, |device, news| {
+            self.tell(recorder, LoopEvent::Heard { point, device, news });
+        });
+    }
+
+    /// Tells what the lines of devices have lost in the point.
+    pub(super) fn tell_losses(&self, rig: &ArmedRig, recorder: &mut Recorder) {
+        let point = self.conditions.point;
+        rig.devices().tell_losses(self.looked_at, self.now, |device, news| {
+            self.tell(recorder, LoopEvent::Heard { point, device, news });
+        });
+    }
+
+    /// What is wrong with the sensor that an interlock has missed; `None` for an interlock on anything else.
+    pub(super) fn cause(&self, trip: &Trip, rig: &ArmedRig) -> Option<DeviceError> {
+        let is_of_sensor =
+            [interlock::RATE_FEEDBACK.name, interlock::TRACKER_LOST.name].contains(&trip.interlock);
+        rig.devices().silence(self.looked_at, self.now).filter(|_| is_of_sensor)
+    }
+
     /// Tells how late the ticks came; virtual time has nothing to tell.
     pub(super) fn tell_lateness(&self, recorder: &mut Recorder) {
         if !self.conditions.clock.is_virtual() {
@@ -174,6 +206,7 @@ impl<'a> Ticks<'a> {
         self.tell_stall(recorder);
         let point = self.conditions.point;
         rig.tell_notices(&mut |notice| self.tell(recorder, LoopEvent::Noticed { point, notice }));
+        self.tell_devices(rig, recorder);
         let real_time = recorder.keeps() && !recorder.waits();
         let ring_ratio = if real_time { recorder.ring_ratio() } else { 0.0 };
         if ring_ratio > 0.5 && !self.ring_told {
@@ -256,6 +289,8 @@ impl<'a> Ticks<'a> {
                 | LoopEvent::RingHalfFull { .. }
                 | LoopEvent::Stall { .. }
                 | LoopEvent::Noticed { .. }
+                | LoopEvent::DeviceFailed { .. }
+                | LoopEvent::Heard { .. }
                 | LoopEvent::Lateness { .. }
         );
         if self.is_untold && !goes_wrong {

@@ -12,6 +12,7 @@ use super::inertial::{self, CROSS_AXIS_ERROR, DATA_RATE, Means, rate_bias};
 use crate::model::device::DeviceEntry;
 use crate::rig::device::{Device, Group, RateSample, RateSensor};
 use crate::rig::driver::{Driver, Made, Misfit, PortField, not_above_zero};
+use crate::rig::hearing::{Hearing, Losses, STALE_PERIODS};
 use crate::rig::wires::Ports;
 
 /// Time allowed for an answer on the line.
@@ -151,6 +152,26 @@ impl Device for Imu {
         let mut values = unit.row();
         self.means.give(&mut values[..6]);
         row[..values.len()].copy_from_slice(&values);
+    }
+
+    fn hearing(&self, now: Duration) -> Option<Hearing> {
+        let unit = self.unit.as_ref()?;
+        let tally = unit.tally();
+        let period_s = 1.0 / self.settings.message_rate_hz;
+        Some(Hearing {
+            period_s,
+            silent_s: unit.silent_s(now),
+            stale_s: STALE_PERIODS * period_s,
+            losses: Losses {
+                messages_count: unit.missed_count(),
+                rejected_count: tally.bad_checksums_count,
+                skipped_bytes_count: tally.skipped_bytes_count,
+            },
+        })
+    }
+
+    fn invalid(&self) -> Option<DeviceError> {
+        self.unit.as_ref()?.valid_sample().err()
     }
 
     fn rate_sensor(&self) -> Option<RateSensor> {

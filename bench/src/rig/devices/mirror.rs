@@ -205,8 +205,11 @@ impl<S: Servo> Device for Mirror<S> {
     fn poll(&mut self, ports: &mut Ports, now: Duration) -> Result<(), DeviceError> {
         let Some(driver) = &mut self.driver else { return Ok(()) };
         let (line, card) = ports.line_and_card(self.line, self.card);
-        self.actuals = driver.exchange(line, card, self.command_rad, now)?;
-        self.auxiliary.exchange(card, now)
+        // A serial line that fails takes neither the card's signals nor the command on the card along.
+        let exchanged = driver.exchange(line, card, self.command_rad, now);
+        let seen = self.auxiliary.exchange(card, now);
+        self.actuals = exchanged?;
+        seen
     }
 
     fn group(&self) -> Group {

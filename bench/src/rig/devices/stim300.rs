@@ -12,6 +12,7 @@ use super::inertial::{self, CROSS_AXIS_ERROR, DATA_RATE, Means, rate_bias};
 use crate::model::device::DeviceEntry;
 use crate::rig::device::{Device, Group, RateSample, RateSensor};
 use crate::rig::driver::{Driver, Made, Misfit, PortField};
+use crate::rig::hearing::{Hearing, Losses, STALE_PERIODS};
 use crate::rig::wires::Ports;
 
 /// Name of the driver in rig files.
@@ -176,6 +177,26 @@ impl Device for Imu {
         self.means.give(&mut values[1..7]);
         let own = if self.settings.content.temperatures { &values[..] } else { &values[1..] };
         row[..own.len()].copy_from_slice(own);
+    }
+
+    fn hearing(&self, now: Duration) -> Option<Hearing> {
+        let unit = self.unit.as_ref()?;
+        let tally = unit.tally();
+        let period_s = 1.0 / self.message_rate_hz;
+        Some(Hearing {
+            period_s,
+            silent_s: unit.silent_s(now),
+            stale_s: STALE_PERIODS * period_s,
+            losses: Losses {
+                messages_count: unit.missed_count(),
+                rejected_count: tally.bad_checksums_count,
+                skipped_bytes_count: tally.skipped_bytes_count,
+            },
+        })
+    }
+
+    fn invalid(&self) -> Option<DeviceError> {
+        self.unit.as_ref()?.valid_sample().err()
     }
 
     fn rate_sensor(&self) -> Option<RateSensor> {

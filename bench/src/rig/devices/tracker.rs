@@ -9,8 +9,10 @@ use procedures::quantity::QuantityKind as K;
 use procedures::table::{Field, Shape};
 
 use crate::model::device::DeviceEntry;
+use crate::rig::PointSettings;
 use crate::rig::device::{Device, Group, LookedAt};
 use crate::rig::driver::{Driver, Made, PortField, not_above_zero};
+use crate::rig::hearing::{FRAMES_TO_LOSE, Hearing, Losses};
 use crate::rig::wires::Ports;
 
 /// Key of the frame rate in frames per second. A procedure may change it for a point.
@@ -103,6 +105,10 @@ pub(super) struct Tracker {
     newest: tracker::Actuals,
     /// Start of the loop.
     start: Duration,
+    /// When its newest message was found; `None` before the first.
+    heard_at: Option<Duration>,
+    /// Time between two of its frames.
+    frame_s: f64,
 }
 
 impl Tracker {
@@ -115,6 +121,8 @@ impl Tracker {
             driver: None,
             newest: tracker::Actuals::default(),
             start: Duration::ZERO,
+            heard_at: None,
+            frame_s: 1.0 / entry.number(FRAME_RATE),
         }
     }
 }
@@ -130,16 +138,42 @@ impl Device for Tracker {
         Ok(Some(()))
     }
 
+    fn change(&mut self, settings: &PointSettings) -> Result<(), DeviceError> {
+        if let (Source::Fine, Some(rate_hz)) = (self.settings.source, settings.fine_frame_rate_hz) {
+            self.frame_s = 1.0 / rate_hz;
+        }
+        Ok(())
+    }
+
     fn start_of_ticks(&mut self, start: Duration) {
         self.start = start;
     }
 
     fn poll(&mut self, ports: &mut Ports, now: Duration) -> Result<(), DeviceError> {
         if let Some(driver) = &mut self.driver {
-            let (newest, _is_new) = driver.poll(ports.socket(self.socket), now)?;
+            let (newest, is_new) = driver.poll(ports.socket(self.socket), now)?;
             self.newest = newest;
+            if is_new {
+                self.heard_at = Some(now);
+            }
         }
         Ok(())
+    }
+
+    /// The first message comes a frame and its delay after the start of the loop.
+    fn hearing(&self, now: Duration) -> Option<Hearing> {
+        self.driver.as_ref()?;
+        let way_s = if self.heard_at.is_some() { 0.0 } else { self.settings.declared_delay.delay_s };
+        Some(Hearing {
+            period_s: self.frame_s,
+            silent_s: now.saturating_sub(self.heard_at.unwrap_or(self.start)).as_secs_f64(),
+            stale_s: FRAMES_TO_LOSE * self.frame_s + way_s,
+            losses: Losses {
+                messages_count: u64::from(self.newest.lost_frames),
+                rejected_count: u64::from(self.newest.rejected),
+                skipped_bytes_count: 0,
+            },
+        })
     }
 
     fn group(&self) -> Group {

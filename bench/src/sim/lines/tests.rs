@@ -125,13 +125,37 @@ fn the_devices_of_a_rig_are_opened_over_lines_of_the_operating_system() {
     assert!(!devices.trackers()[1].exposure.is_zero(), "datagrams of the fine tracker arrive");
     is_over.store(true, Ordering::Release);
     let told = serving.join().expect("served");
-    let devices = ["imu", "fine", "analyser", "scope"].into_iter();
+    let names = ["imu", "fine", "analyser", "scope"].into_iter();
+    are_told_as_gone(&rig, &mut devices, &mut ports, &clock);
     let expected: Vec<String> = [imu, fine, analyser, scope]
         .iter()
-        .zip(devices)
+        .zip(names)
         .map(|(line, device)| format!("{line}  {device}"))
         .collect();
     assert_eq!(told, expected);
+}
+
+/// Nobody serves the lines of the rig any more: each is told with its device and what to do.
+fn are_told_as_gone(rig: &Rig, devices: &mut Devices, ports: &mut Ports, clock: &Clock) {
+    let last = clock.now() + Duration::from_secs(5);
+    let mut now = clock.now();
+    while devices.failure().is_none() && now < last {
+        now = clock.wait_until(now + Duration::from_millis(1));
+        devices.poll(ports, now);
+    }
+    let gone = devices.failure().expect("the far end of the pty is closed").to_string();
+    assert!(
+        gone.starts_with("imu at serial:/") && gone.contains(": line: expected an open line, found one"),
+        "{gone}"
+    );
+    assert!(gone.ends_with("check plug and supply of the adapter, then start again"), "{gone}");
+    let mut instruments = Instruments::closed(closed(rig).instruments);
+    let found = converse(clock, &mut now, "instruments", |at| instruments.identify(ports, at));
+    let gone = found.expect_err("the connection is closed").to_string();
+    assert!(
+        gone.starts_with("analyser at tcp:127.0.0.1:") && gone.contains("expected an open line"),
+        "{gone}"
+    );
 }
 
 #[test]
