@@ -248,7 +248,8 @@ mod tests {
         memory[usize::from(SYNC_ACTIVATION)] = 3;
         clock.written(&mut memory, SYNC_ACTIVATION, 1, MS);
         assert_eq!(clock.last_sync0(&memory, MS * 9), None);
-        let pulse = |number: u64| Some(Sync0Pulse { number, at: MS * (10 + number as u32) });
+        let start_ns = 10_000_000;
+        let pulse = |number: u64| Some(Sync0Pulse { start_ns, number, at: MS * (10 + number as u32) });
         assert_eq!(clock.last_sync0(&memory, MS * 10), pulse(0));
         assert_eq!(clock.last_sync0(&memory, Duration::from_micros(12_700)), pulse(2));
         clock.lose_sync0(true);
