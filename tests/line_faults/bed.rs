@@ -100,6 +100,7 @@ fn carried_out(name: &str, id: &str, out: &Path, wires: FaultyWires) -> campaign
         polarity: Some(proof().to_owned()),
         site: &site,
         judge: judge::judge_log,
+        judge_program: None,
     };
     campaign::run(&setup, &mut Silent).expect("a writable folder")
 }
