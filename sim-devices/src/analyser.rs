@@ -13,7 +13,7 @@ use std::time::Duration;
 use crate::mirror::Mirror;
 use crate::physics::noise::{Noise, SeedAddress};
 use crate::physics::piezo::Circuit;
-use crate::scpi::{Error, Port, Unit, code, matches};
+use crate::scpi::{Error, Port, Unit, code, matches, nr3};
 use crate::unit::InstrumentsSettings;
 use state::{Parameter, State};
 
@@ -173,14 +173,15 @@ impl Analyser {
             Parameter::Level => 2,
             Parameter::Current => 3,
         };
-        let values = self.swept(now)?.values.iter().map(|point| format!("{:+.11E},+0.0E0", point[which]));
+        let values =
+            self.swept(now)?.values.iter().map(|point| format!("{},{}", nr3(point[which], 11), nr3(0.0, 11)));
         let answer = values.collect::<Vec<_>>().join(",");
         self.port.respond(answer.as_bytes());
         Ok(())
     }
 
     fn answer_frequencies(&mut self, now: Duration) -> Result<(), Error> {
-        let values = self.swept(now)?.frequencies_hz.iter().map(|hz| format!("{hz:+.11E}"));
+        let values = self.swept(now)?.frequencies_hz.iter().map(|hz| nr3(*hz, 11));
         let answer = values.collect::<Vec<_>>().join(",");
         self.port.respond(answer.as_bytes());
         Ok(())

@@ -82,7 +82,10 @@ fn read(t: &mut TableReader<'_>, drives: &mut Drives) -> Option<Rig> {
         t.mistake("loop-rate", format!("no drive accepts this period: {error}"), Some(help.to_owned()));
     }
     let before = t.mistakes();
-    let placed = if t.has("device") { t.tables("device", device::read) } else { Some(Vec::new()) };
+    let placed = match t.has("device") {
+        true => t.tables("device", |t| device::read(t, &mut drives.mistakes)),
+        false => Some(Vec::new()),
+    };
     device::clashes(t, placed.as_deref().unwrap_or_default());
     let devices = placed.map(|all| all.into_iter().map(|placed| placed.entry).collect::<Vec<_>>());
     let devices = devices.filter(|_| t.mistakes() == before);
@@ -148,7 +151,7 @@ fn attach_references(axes: &mut [RigAxis], devices: &[DeviceEntry]) {
     let pair = Gimbal::of(axes).map_or([0, 1], Gimbal::both);
     for (axis, reference) in pair.into_iter().zip(reference::angle_references(entry)) {
         if let Some(axis) = axes.get_mut(axis) {
-            axis.limits.reference = Some(reference);
+            axis.limits.reference = reference;
         }
     }
 }

@@ -129,6 +129,15 @@ pub(crate) fn take_to_inspect(folder: &Path, resources: &[String], run: &Path) -
     Ok(held)
 }
 
+/// Takes all resources to look at them while nothing moves: a run that was lost on one does not stand in the way. `who` stands in
+/// the place of a run folder in what others are told.
+///
+/// # Errors
+/// When somebody else holds one.
+pub(crate) fn take_to_look(folder: &Path, resources: &[String], who: &Path) -> Result<Held, LockError> {
+    hold(folder, resources, who)
+}
+
 fn hold(folder: &Path, resources: &[String], run: &Path) -> Result<Held, LockError> {
     let run = std::fs::canonicalize(run).unwrap_or_else(|_| run.to_owned());
     let holder = Holder { run, pid: std::process::id(), utc: utc_now() };

@@ -17,6 +17,7 @@ pub(super) const DRIVER: Driver = Driver {
     role: Some(DeviceRole::ImpedanceAnalyser),
     certified_as: Some("analyser"),
     ports: &[PortField::line("SCPI line.")],
+    has_profile: false,
     fields: &[
         Field::default(
             "azimuth-relay",

@@ -20,6 +20,7 @@ pub(super) const DRIVER: Driver = Driver {
     role: Some(DeviceRole::LinkClamps),
     certified_as: Some("supply"),
     ports: &[PortField::card("Analog card with both clamps.")],
+    has_profile: false,
     fields: &[
         Field::default(
             "clamp-range",

@@ -20,6 +20,7 @@ pub(super) const DRIVER: Driver = Driver {
     role: Some(DeviceRole::ForceGauge),
     certified_as: Some("force"),
     ports: &[PortField::card("Analog card with the gauge.")],
+    has_profile: false,
     fields: &[
         Field::default(
             "range",

@@ -31,6 +31,7 @@ pub(super) const DRIVER: Driver = Driver {
     role: Some(DeviceRole::InertialUnit),
     certified_as: None,
     ports: &[PortField::line("Serial line, RS-422.")],
+    has_profile: false,
     fields: &[
         Field::default(
             "baud",
@@ -135,6 +136,7 @@ pub(super) struct Imu {
     /// Rates and accelerations since the last row, and how many messages they are.
     sums: [f64; 6],
     sums_count: u32,
+    messages_count: u64,
 }
 
 impl Imu {
@@ -152,6 +154,7 @@ impl Imu {
             bias_rad_per_s: entry.number("rate-bias"),
             sums: [0.0; 6],
             sums_count: 0,
+            messages_count: 0,
         }
     }
 }
@@ -177,9 +180,26 @@ impl Device for Imu {
         self.unit.as_ref().map(|unit| format!("KVH 1775, serial {}", unit.identity().serial))
     }
 
+    fn configuration(&self) -> Option<String> {
+        let entries = self.unit.as_ref()?.identity().configuration.iter();
+        Some(entries.map(|(name, value)| format!("{name} {value}")).collect::<Vec<_>>().join(", "))
+    }
+
+    fn counts(&self) -> Vec<(&'static str, u64)> {
+        let Some(unit) = &self.unit else { return Vec::new() };
+        let tally = unit.tally();
+        vec![
+            ("messages", self.messages_count),
+            ("lost", unit.missed_count()),
+            ("bad_checksums", tally.bad_checksums_count),
+            ("skipped_bytes", tally.skipped_bytes_count),
+        ]
+    }
+
     fn poll(&mut self, ports: &mut Ports, now: Duration) -> Result<(), DeviceError> {
         let Some(unit) = &mut self.unit else { return Ok(()) };
         let messages_count = unit.poll(ports.line(self.line), now)?;
+        self.messages_count += u64::from(messages_count);
         if let (true, Some(sample)) = (messages_count > 0, unit.sample()) {
             let values = sample.rate_rad_per_s.iter().chain(&sample.acceleration_m_per_s2);
             self.sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += value);

@@ -35,6 +35,7 @@ pub const DRIVER: Driver = Driver {
             "Analog card with commands, strain gauges, autocollimator, synchronisation and loop-back.",
         ),
     ],
+    has_profile: false,
     fields: &[
         Field::default(
             COMMAND_PATH,
@@ -160,6 +161,17 @@ impl Device for Mirror {
 
     fn identity(&self) -> Option<String> {
         self.driver.as_ref().map(|_| "CCBu40 servo, analog and serial channel".to_owned())
+    }
+
+    fn configuration(&self) -> Option<String> {
+        let MirrorSettings {
+            command, feedback, scale_rad_per_v: [scale, _], stroke_rad: [stroke, _], ..
+        } = &self.settings;
+        let [scale, stroke] = [scale * 1e6, stroke * 1e3];
+        Some(format!(
+            "commands {command:?}, readings {feedback:?}, {scale} urad/V, stroke {stroke} mrad; the servo has no query for \
+             its serial number"
+        ))
     }
 
     fn change(&mut self, settings: &PointSettings) -> Result<(), DeviceError> {

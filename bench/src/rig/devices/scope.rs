@@ -18,6 +18,7 @@ pub(super) const DRIVER: Driver = Driver {
     role: Some(DeviceRole::Oscilloscope),
     certified_as: Some("scope"),
     ports: &[PortField::line("SCPI line.")],
+    has_profile: false,
     fields: &[
         Field::default(
             CHANNELS[0],
