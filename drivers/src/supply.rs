@@ -100,6 +100,8 @@ pub struct Supply {
     /// The readings that are asked for again and again.
     cycle: Session<Want>,
     due: Duration,
+    /// A reading failed: its queries begin anew.
+    begins_anew: bool,
     /// The reading under way, and the last one that was whole with its time.
     next: Reading,
     last: Reading,
@@ -136,6 +138,7 @@ impl Supply {
             asks_set_points: false,
             cycle,
             due: Duration::ZERO,
+            begins_anew: true,
             next: Reading::default(),
             last: Reading::default(),
             read_at: None,
@@ -168,7 +171,9 @@ impl Supply {
     /// # Errors
     /// When the line is gone, or the instrument does not answer in time or reports an error. The next call begins anew.
     pub fn poll(&mut self, line: &mut dyn ByteLine, now: Duration) -> Result<bool, DeviceError> {
-        let is_new = self.go_on(line, now)?;
+        let outcome = self.go_on(line, now);
+        self.begins_anew |= outcome.is_err();
+        let is_new = outcome?;
         if is_new {
             (self.last, self.read_at) = (self.next, Some(now));
             self.readings_count = self.readings_count.saturating_add(1);
@@ -178,12 +183,13 @@ impl Supply {
     }
 
     fn go_on(&mut self, line: &mut dyn ByteLine, now: Duration) -> Result<bool, DeviceError> {
-        if !self.cycle.is_running() {
+        if self.begins_anew || !self.cycle.is_running() {
             if now < self.due {
                 return Ok(false);
             }
             self.due = now + Duration::from_secs_f64(self.settings.period_s);
             self.cycle.start(line, now)?;
+            self.begins_anew = false;
         }
         loop {
             match self.cycle.poll(line, now)? {

@@ -23,6 +23,8 @@ const IDENTITY: &str = "Simulated,E4990A-SIM,SIM0001,1.0";
 const SOURCE_OHM: f64 = 25.0;
 /// Mark of an overload.
 const OVERLOAD: f64 = 9.9e37;
+/// Bit of the operation condition register that is 1 while it measures.
+const MEASURING: u32 = 1 << 4;
 /// Values that one sweep may draw.
 const DRAWS_PER_SWEEP: u64 = 4096;
 
@@ -103,7 +105,11 @@ impl Analyser {
             return match () {
                 () if is("CALCulate#:DATA:FDATa").is_some() => self.answer_trace(now),
                 () if is("SENSe#:FREQuency:DATA").is_some() => self.answer_frequencies(now),
-                () => Err(code::UNDEFINED_HEADER),
+                () if is("CONTrol:HANDler:A").is_some() => self.answer(&format!("{:+}", self.relay)),
+                () if is("STATus:OPERation:CONDition").is_some() => {
+                    self.answer(&format!("{:+}", if busy { MEASURING } else { 0 }))
+                }
+                () => self.state.answer(unit).and_then(|text| self.answer(&text)),
             };
         }
         match () {
@@ -123,6 +129,11 @@ impl Analyser {
                 }
             }
         }
+        Ok(())
+    }
+
+    fn answer(&mut self, text: &str) -> Result<(), Error> {
+        self.port.respond(text.as_bytes());
         Ok(())
     }
 

@@ -5,7 +5,9 @@ use std::io::IsTerminal;
 use std::sync::atomic::{AtomicU16, Ordering};
 use std::time::Duration;
 
+use drivers::device::DeviceError;
 use drivers::wire::lines::LineAddress;
+use procedures::device::DeviceRole;
 use procedures::quantity::QuantityKind;
 use procedures::table::suggestion;
 
@@ -68,11 +70,11 @@ fn monitor(args: &Args) -> Result<u8, u8> {
         output::error(&format!("signals: {error}; raise the limit of processes (`ulimit -u`)"));
         exit::BENCH
     })?;
-    let (mut rig, unit) = args.on.load()?;
+    let (rig, unit) = args.on.load()?;
     let entry = find(&rig, &args.device)?;
     // The others are left alone, so that a rig of which only this device is connected can be looked at.
-    rig.devices = vec![entry.clone()];
-    let needs_bus = rig.tier.is_wired() && entry.lines().count() < entry.ports.len();
+    let rig = rig.with_only(&entry);
+    let needs_bus = needs_bus(&rig, &entry);
     let resources = resources(&rig, &entry, needs_bus);
     let who = format!("bench monitor {}", args.device);
     let held = lock::take_to_look(&lock::system_folder(), &resources, who.as_ref());
@@ -99,8 +101,7 @@ fn find(rig: &Rig, name: &str) -> Result<DeviceEntry, u8> {
         output::error(&format!("rig `{}` has no device `{name}`; {}", rig.id, suggestion(name, known)));
         return Err(exit::USAGE);
     };
-    let alone = Rig { devices: vec![entry.clone()], ..rig.clone() };
-    if devices::closed(&alone).devices.is_empty() {
+    if devices::closed(&rig.with_only(entry)).devices.is_empty() {
         output::error(&format!(
             "`{name}` (driver `{}`) is given tasks and has no values between them; `bench devices` shows who it is",
             entry.driver
@@ -108,6 +109,15 @@ fn find(rig: &Rig, name: &str) -> Result<DeviceEntry, u8> {
         return Err(exit::USAGE);
     }
     Ok(entry.clone())
+}
+
+/// Whether a device says nothing unless the bus of the drives is exchanged with: what hangs on a terminal of a wire, and an
+/// inertial unit without a rate of its own, of which each tick triggers a message.
+fn needs_bus(rig: &Rig, entry: &DeviceEntry) -> bool {
+    let is_on_terminal = rig.tier.is_wired() && entry.lines().count() < entry.ports.len();
+    let is_triggered =
+        entry.role == Some(DeviceRole::InertialUnit) && entry.optional_number("data-rate").is_none();
+    is_on_terminal || is_triggered
 }
 
 /// What must be held while somebody looks: the lines of the device, and the bus where it hangs on that.
@@ -128,14 +138,12 @@ fn line_resource(line: &LineAddress) -> String {
     }
 }
 
-fn open(rig: &Rig, unit: &Unit, needs_bus: bool) -> Result<Watched, drivers::device::DeviceError> {
+fn open(rig: &Rig, unit: &Unit, needs_bus: bool) -> Result<Watched, DeviceError> {
     let gains = match needs_bus {
-        true => {
-            crate::files::parameters::load(rig).map_err(|mistakes| drivers::device::DeviceError::Bus {
-                device: format!("rig `{}`", rig.id),
-                reason: mistakes.first().map_or(String::new(), ToString::to_string),
-            })?
-        }
+        true => crate::files::parameters::load(rig).map_err(|mistakes| DeviceError::Bus {
+            device: format!("rig `{}`", rig.id),
+            reason: mistakes.first().map_or(String::new(), ToString::to_string),
+        })?,
         false => return Watched::lines(&*site(rig, unit), rig),
     };
     Watched::bus(&*site(rig, unit), rig, &gains)
@@ -150,15 +158,10 @@ fn site<'a>(rig: &Rig, unit: &'a Unit) -> Box<dyn Site + 'a> {
 }
 
 /// Polls the device at the rate of the rig and shows it, until it is stopped.
-fn watch(
-    args: &Args,
-    mut watched: Watched,
-    mut page: Page,
-    stop: &AtomicU16,
-) -> Result<(), drivers::device::DeviceError> {
+fn watch(args: &Args, mut watched: Watched, mut page: Page, stop: &AtomicU16) -> Result<(), DeviceError> {
     let start = watched.now();
     let end = args.lasts.map(|lasts| start + lasts);
-    let mut seen = Seen::since(start);
+    let mut seen = Seen::begin(&mut watched, &args.device);
     let mut due = start + args.every;
     while stop.load(Ordering::Relaxed) & STOP_CODE == 0 {
         let now = watched.tick()?;

@@ -234,8 +234,8 @@ impl Devices {
 
     /// How each of them is set up, as name and text; without those that have nothing to say of it.
     pub(crate) fn configurations(&self) -> Vec<(String, String)> {
-        let told = |device: &Box<dyn Device>| Some((device.name().to_owned(), device.configuration()?));
-        self.list.iter().filter_map(told).collect()
+        let told = |device: &dyn Device| Some((device.name().to_owned(), device.configuration()?));
+        self.list.iter().filter_map(|device| told(&**device)).collect()
     }
 
     /// How many groups of the log are theirs.

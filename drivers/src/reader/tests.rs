@@ -196,10 +196,10 @@ fn a_gauge_that_sends_by_itself_is_read_from_the_middle_of_a_line_on() {
 
 #[test]
 fn silence_and_another_language_end_the_opening_with_what_came_instead() {
-    let text = opened(autocollimator(), &mut Far::default()).err().expect("nobody answers").to_string();
+    let text = opened(autocollimator(), &mut Far::default()).expect_err("nobody answers").to_string();
     assert!(text.contains("`*IDN?`: no answer within 0.1 s"), "{text}");
     let mut other = Far { answers: vec![ANSWERS[0], ("MEAS?", "ERROR 5\n")], ..Far::default() };
-    let text = opened(autocollimator(), &mut other).err().expect("no reading").to_string();
+    let text = opened(autocollimator(), &mut other).expect_err("no reading").to_string();
     let parts = ["reader: reading: expected a line like `{azimuth},{elevation}`", "the last one `ERROR 5`"];
     assert!(parts.iter().all(|part| text.contains(part)), "{text}");
 }

@@ -109,7 +109,7 @@ impl SubDevice {
     /// The first pulse after one and up to another one; the clock may have been moved between them.
     fn first_after(&self, last: Duration, pulse: Duration) -> Duration {
         let cycle = self.esc.clock.sync0_cycle();
-        let passed = (pulse - last).as_secs_f64() / cycle.as_secs_f64();
+        let passed = pulse.saturating_sub(last).as_secs_f64() / cycle.as_secs_f64();
         let more = (passed.round() - 1.0).clamp(0.0, f64::from(u32::MAX)) as u32;
         pulse.saturating_sub(cycle.saturating_mul(more)).max(last)
     }

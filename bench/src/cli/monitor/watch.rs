@@ -21,11 +21,17 @@ pub(super) struct Watched {
     clock: Clock,
     period: Duration,
     due: Duration,
-    traffic: Option<Rc<Traffic>>,
+    traffic: Rc<Traffic>,
+}
+
+/// A device on ports of its own.
+struct OnPorts {
+    devices: Devices,
+    ports: Ports,
 }
 
 enum On {
-    Ports { devices: Devices, ports: Ports },
+    Ports(Box<OnPorts>),
     Bus(Box<ArmedRig>),
 }
 
@@ -38,18 +44,19 @@ impl Watched {
         let begins = clock.now();
         let (mut devices, now) = Devices::open(closed(rig).devices, &mut ports, &clock, begins)?;
         devices.start_of_ticks(now);
-        Ok(Self::at(now, rig, clock, On::Ports { devices, ports }, Some(traffic)))
+        Ok(Self::at(now, rig, clock, On::Ports(Box::new(OnPorts { devices, ports })), traffic))
     }
 
     /// Opens the rig up to SAFE-OP, in which inputs are valid and outputs are ignored.
     pub(super) fn bus(site: &dyn Site, rig: &Rig, gains: &DirectorGains) -> Result<Self, DeviceError> {
-        let opened = site.open(rig, gains, &purpose())?;
+        let mut opened = site.open(rig, gains, &purpose())?;
         let clock = opened.clock;
+        let traffic = opened.rig.count_traffic();
         let armed = opened.rig.arm(&clock)?;
-        Ok(Self::at(armed.ready(), rig, clock, On::Bus(Box::new(armed)), None))
+        Ok(Self::at(armed.ready(), rig, clock, On::Bus(Box::new(armed)), traffic))
     }
 
-    fn at(due: Duration, rig: &Rig, clock: Clock, on: On, traffic: Option<Rc<Traffic>>) -> Self {
+    fn at(due: Duration, rig: &Rig, clock: Clock, on: On, traffic: Rc<Traffic>) -> Self {
         Self { on, clock, period: Duration::from_secs_f64(1.0 / rig.loop_rate_hz), due, traffic }
     }
 
@@ -66,7 +73,7 @@ impl Watched {
         let now = self.clock.wait_until(self.due);
         self.due = self.due.max(now) + self.period;
         match &mut self.on {
-            On::Ports { devices, ports } => devices.poll(ports, now),
+            On::Ports(own) => own.devices.poll(&mut own.ports, now),
             On::Bus(armed) => armed.exchange(now),
         }
         match self.devices().failure() {
@@ -77,7 +84,7 @@ impl Watched {
 
     fn devices(&mut self) -> &mut Devices {
         match &mut self.on {
-            On::Ports { devices, .. } => devices,
+            On::Ports(own) => &mut own.devices,
             On::Bus(armed) => armed.devices_mut(),
         }
     }
@@ -117,9 +124,12 @@ pub(super) struct Report {
 }
 
 impl Seen {
-    /// Nothing yet.
-    pub(super) fn since(start: Duration) -> Self {
-        Self { start, ticks_count: 0, samples_count: 0, sampled_at: None, before: (start, 0) }
+    /// Nothing yet of the device of this name; what was counted while it was opened does not belong to its rate.
+    pub(super) fn begin(watched: &mut Watched, name: &str) -> Self {
+        let start = watched.now();
+        let counts = watched.device(name).map(|device| device.counts()).unwrap_or_default();
+        let samples_count = counts.first().map_or(0, |(_, count)| *count);
+        Self { start, ticks_count: 0, samples_count, sampled_at: None, before: (start, samples_count) }
     }
 
     /// Looks for new samples after a tick. What counts nothing is read in every tick.
@@ -145,7 +155,8 @@ impl Seen {
             values.extend(device.group().channels.iter().copied().zip(row));
             counts = device.counts();
         }
-        if let Some([received, sent]) = watched.traffic.as_ref().map(|traffic| traffic.bytes()) {
+        let [received, sent] = watched.traffic.bytes();
+        if received + sent > 0 {
             counts.extend([("received_bytes", received), ("sent_bytes", sent)]);
         }
         Report {
