@@ -81,14 +81,7 @@ fn read(t: &mut TableReader<'_>, drives: &mut Drives) -> Option<Rig> {
             "choose a rate whose period is such a number, as 4 kHz (25e-5 s), 2 kHz, 1 kHz, 500 Hz or 250 Hz";
         t.mistake("loop-rate", format!("no drive accepts this period: {error}"), Some(help.to_owned()));
     }
-    let before = t.mistakes();
-    let placed = match t.has("device") {
-        true => t.tables("device", |t| device::read(t, &mut drives.mistakes)),
-        false => Some(Vec::new()),
-    };
-    device::clashes(t, placed.as_deref().unwrap_or_default());
-    let devices = placed.map(|all| all.into_iter().map(|placed| placed.entry).collect::<Vec<_>>());
-    let devices = devices.filter(|_| t.mistakes() == before);
+    let devices = device::read_all(t, &mut drives.mistakes);
     if let (Some(devices), Some(axes)) = (&devices, &mut axes) {
         attach_references(axes, devices);
     }

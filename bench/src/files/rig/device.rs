@@ -34,13 +34,26 @@ pub const DEVICE_FIELDS: &[Field] = &[
 ];
 
 /// A device, and where its table stands.
-pub(super) struct Placed {
-    pub(super) entry: DeviceEntry,
+struct Placed {
+    entry: DeviceEntry,
     place: Range<usize>,
 }
 
+/// Reads every `[[device]]`; `None` if any is wrong, or two of them clash. What is wrong in profiles of readers goes to
+/// `of_profiles`.
+pub(super) fn read_all(
+    t: &mut TableReader<'_>,
+    of_profiles: &mut Vec<Diagnostic>,
+) -> Option<Vec<DeviceEntry>> {
+    let before = t.mistakes();
+    let placed = if t.has("device") { t.tables("device", |t| read(t, of_profiles))? } else { Vec::new() };
+    clashes(t, &placed);
+    let devices = placed.into_iter().map(|placed| placed.entry).collect();
+    (t.mistakes() == before).then_some(devices)
+}
+
 /// Reads one `[[device]]`. What is wrong in the profile of a reader, which is a file of its own, goes to `of_profiles`.
-pub(super) fn read(t: &mut TableReader<'_>, of_profiles: &mut Vec<Diagnostic>) -> Option<Placed> {
+fn read(t: &mut TableReader<'_>, of_profiles: &mut Vec<Diagnostic>) -> Option<Placed> {
     let name = t.text("name");
     let driver_name = t.text("driver");
     let Some(driver) = driver_name.as_deref().and_then(driver) else {
@@ -153,7 +166,7 @@ fn check_sort(address: Address, sort: PortSort) -> Result<Address, String> {
 }
 
 /// What is wrong among the devices of a rig: names, roles, lines and channels that two of them have.
-pub(super) fn clashes(t: &mut TableReader<'_>, devices: &[Placed]) {
+fn clashes(t: &mut TableReader<'_>, devices: &[Placed]) {
     check_lines(t, devices);
     for (index, Placed { entry, place }) in devices.iter().enumerate() {
         for Placed { entry: earlier, .. } in &devices[..index] {
