@@ -109,16 +109,25 @@ fn mistakes_of_readers_and_supplies_are_pointed_at_in_their_own_files() {
     let rig = with_readers()
         .replacen("profile = \"ascii-force-gauge\"", "profile = \"gauge.toml\"", 1)
         .replacen("faces-uncertainty = \"1.5 urad\"\n", "", 1)
-        .replacen("output = 2\n", "output = 4\n", 1)
-        .replacen(
-            "# Measuring instruments",
-            &format!("{}# Measuring", SUPPLY.replace("aux-24v", "second")),
-            1,
-        );
+        .replacen("output = 2\n", "output = 4\n", 1);
     write(folder.path(), "rig.toml", &rig);
     let said = run_in(folder.path(), &["check", "--rig", "rig.toml"]);
     assert_eq!(said.code, 2);
     insta::assert_snapshot!(said.err);
+}
+
+#[test]
+fn two_supplies_would_share_a_topic_and_are_refused() {
+    let folder = folder();
+    let second = SUPPLY.replace("aux-24v", "second").replace("sim:dc-supply", "sim:other");
+    let rig = with_readers().replacen("# Measuring instruments", &format!("{second}# Measuring"), 1);
+    write(folder.path(), "rig.toml", &rig);
+    let said = run_in(folder.path(), &["check", "--rig", "rig.toml"]);
+    assert!(
+        said.code == 2 && said.err.contains("`aux-24v` and `second` have the same driver"),
+        "{}",
+        said.err
+    );
 }
 
 #[test]
