@@ -14,7 +14,7 @@ struct Shipped {
     without: &'static [&'static str],
 }
 
-const SHIPPED: [Shipped; 6] = [
+const SHIPPED: [Shipped; 7] = [
     Shipped {
         variant: "Procedures",
         path: "../procedures",
@@ -25,6 +25,7 @@ const SHIPPED: [Shipped; 6] = [
     Shipped { variant: "States", path: "../sim-devices/units/states", without: &[] },
     Shipped { variant: "Parameters", path: "../controllers/params", without: &[] },
     Shipped { variant: "Profiles", path: "../drivers/profiles", without: &[] },
+    Shipped { variant: "Readers", path: "../drivers/readers", without: &[] },
 ];
 
 #[allow(clippy::print_stdout, reason = "a build script talks to cargo on stdout")]

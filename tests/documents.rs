@@ -11,7 +11,7 @@ fn every_verb_of_the_help_answers_and_the_readme_names_it() {
     assert_eq!(help.code, 0);
     for verb in [
         "run", "check", "plan", "list", "rejudge", "report", "explain", "schema", "devices", "init",
-        "import", "rtcheck",
+        "import", "rtcheck", "monitor",
     ] {
         assert!(help.out.contains(verb), "{verb} is not in the help");
         assert!(README.contains(verb), "{verb} is not in the README");

@@ -72,6 +72,7 @@ fn sort_of(file: &Value) -> &'static str {
         ("procedure", "campaign"),
         ("device", "rig"),
         ("process-data", "profile"),
+        ("pattern", "reader"),
     ];
     sorts.iter().find(|(key, _)| file.get(key).is_some()).map_or("unit", |(_, sort)| sort)
 }
@@ -79,7 +80,7 @@ fn sort_of(file: &Value) -> &'static str {
 #[test]
 fn every_shipped_file_meets_the_schema_of_its_sort() {
     let all = printed(&["schema", "--rig", "sim"]);
-    let judges = ["procedure", "campaign", "requirements", "rig", "unit", "profile"];
+    let judges = ["procedure", "campaign", "requirements", "rig", "unit", "profile", "reader"];
     let judges = judges.map(|sort| (sort, Judge::new(all[sort].clone())));
     let mut judged = 0;
     for folder in [
@@ -90,6 +91,7 @@ fn every_shipped_file_meets_the_schema_of_its_sort() {
         "bench/rigs",
         "sim-devices/units",
         "drivers/profiles",
+        "drivers/readers",
     ] {
         for path in toml_files(&Path::new(ROOT).join(folder)) {
             // Files of the one-axis table ask for axes of another rig.

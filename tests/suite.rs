@@ -29,6 +29,7 @@ mod panics;
 mod people;
 mod positions;
 mod range;
+mod readers;
 mod realtime;
 mod rejudge;
 mod renamed;

@@ -13,6 +13,7 @@ mod init;
 mod inspect;
 mod judge_aside;
 mod list;
+mod monitor;
 mod options;
 mod output;
 mod plan;
@@ -54,6 +55,8 @@ enum Verb {
     Schema(schema::Args),
     /// Open the rig's devices and print their identification; nothing moves
     Devices(devices::Args),
+    /// Show the values of one device live, with rate, age and counts of its line; nothing moves
+    Monitor(monitor::Args),
     /// Serve a rig's simulated devices to another process, in real time, over real wires
     Sim(sim::Args),
     /// Measure whether this computer keeps the rate of a loop, and what to change; no device is opened
@@ -120,6 +123,7 @@ fn dispatch(verb: Verb) -> u8 {
         Verb::Explain(args) => explain::run(&args),
         Verb::Schema(args) => schema::run(&args),
         Verb::Devices(args) => devices::run(&args),
+        Verb::Monitor(args) => monitor::run(&args),
         Verb::Sim(args) => sim::run(&args),
         Verb::Rtcheck(args) => rtcheck::run(&args),
         Verb::Inspect(args) => inspect::run(&args),

@@ -4,6 +4,7 @@ pub(crate) mod answers;
 pub(crate) mod import_map;
 pub mod parameters;
 pub mod profile;
+pub mod reader;
 pub mod rig;
 pub(crate) mod settings;
 pub mod shipped;

@@ -12,7 +12,8 @@ use procedures::case::Case;
 use crate::clock::Clock;
 use crate::model::rig::{Rig, Tier};
 use crate::rig::OpenRig;
-pub use crate::rig::identities::BusGrounds;
+pub use crate::rig::identities::{BusGrounds, LineGrounds};
+use crate::rig::wires::Ports;
 use crate::site::unit::Unit;
 
 mod can;
@@ -60,6 +61,13 @@ pub trait Site: Send + Sync {
     /// The first device that is missing, does not answer, refuses a setting or reads back something else.
     fn open(&self, rig: &Rig, gains: &DirectorGains, purpose: &Purpose<'_>) -> Result<Opened, DeviceError>;
 
+    /// Opens the serial ports, sockets and datagram ports of a rig alone; in process, its analog card too. Nothing is said to any
+    /// device.
+    ///
+    /// # Errors
+    /// The first line that is missing, refused or in use.
+    fn open_ports(&self, rig: &Rig, purpose: &Purpose<'_>) -> Result<OpenedPorts, DeviceError>;
+
     /// Faults that are planted on its wires. They begin when it is known that none of its devices may be real.
     fn wire_faults(&self) -> Option<&WireFaults> {
         None
@@ -95,6 +103,16 @@ pub struct Opened {
     pub clock: Clock,
     /// What is around it.
     pub surroundings: Box<dyn Surroundings>,
+}
+
+/// Ports of a rig whose drives were not spoken to.
+pub struct OpenedPorts {
+    /// The ports.
+    pub ports: Ports,
+    /// The clock that they are polled by.
+    pub clock: Clock,
+    /// Whether there may be hardware behind them.
+    pub lines: Vec<LineGrounds>,
 }
 
 /// What is around a rig, and no device tells or brings.

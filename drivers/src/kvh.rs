@@ -62,6 +62,8 @@ pub struct KvhSettings {
 pub struct KvhIdentity {
     /// Serial number (`?IS`).
     pub serial: String,
+    /// Entries of its configuration by their commands, as read back when it was opened.
+    pub configuration: Vec<(&'static str, String)>,
 }
 
 /// One message in SI units.

@@ -97,11 +97,16 @@ impl AnalogChannels {
     /// Voltage of the autocollimator at the polygon of an axis for its true angle: how far the nearest face is off, or the
     /// upper end of the card's range where none is in sight.
     pub(crate) fn polygon_v(&mut self, axis: usize, now: Duration, angle_rad: f64) -> f64 {
-        let tick = self.tick(now);
-        let reading = self.polygons[axis].read(tick, angle_rad);
-        reading.map_or(LIMIT_V, |reading| {
-            (reading.deviation_rad / POLYGON_SCALE_RAD_PER_V).clamp(-LIMIT_V, LIMIT_V)
+        let deviation_rad = self.polygon_rad(axis, now, angle_rad);
+        deviation_rad.map_or(LIMIT_V, |deviation_rad| {
+            (deviation_rad / POLYGON_SCALE_RAD_PER_V).clamp(-LIMIT_V, LIMIT_V)
         })
+    }
+
+    /// What that autocollimator shows: how far the nearest face is off; `None` where none is in sight.
+    pub(crate) fn polygon_rad(&mut self, axis: usize, now: Duration, angle_rad: f64) -> Option<f64> {
+        let tick = self.tick(now);
+        self.polygons[axis].read(tick, angle_rad).map(|reading| reading.deviation_rad)
     }
 
     fn tick(&self, now: Duration) -> u64 {
@@ -117,8 +122,13 @@ impl AnalogChannels {
 
     /// Voltage of the force gauge while somebody pulls with this torque, either way.
     pub(crate) fn force_v(&mut self, now: Duration, torque_nm: f64) -> f64 {
+        (self.force_n(now, torque_nm) / FORCE_N_PER_V).clamp(-LIMIT_V, LIMIT_V)
+    }
+
+    /// Force that the gauge shows while somebody pulls with this torque, either way.
+    pub(crate) fn force_n(&mut self, now: Duration, torque_nm: f64) -> f64 {
         let tick = self.tick(now);
-        (self.force_gauge.read_n(tick, torque_nm.abs()) / FORCE_N_PER_V).clamp(-LIMIT_V, LIMIT_V)
+        self.force_gauge.read_n(tick, torque_nm.abs())
     }
 
     /// The looped output has this voltage from now on.

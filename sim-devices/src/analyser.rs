@@ -13,7 +13,7 @@ use std::time::Duration;
 use crate::mirror::Mirror;
 use crate::physics::noise::{Noise, SeedAddress};
 use crate::physics::piezo::Circuit;
-use crate::scpi::{Error, Port, Unit, code, matches};
+use crate::scpi::{Error, Port, Unit, code, matches, nr3};
 use crate::unit::InstrumentsSettings;
 use state::{Parameter, State};
 
@@ -23,6 +23,8 @@ const IDENTITY: &str = "Simulated,E4990A-SIM,SIM0001,1.0";
 const SOURCE_OHM: f64 = 25.0;
 /// Mark of an overload.
 const OVERLOAD: f64 = 9.9e37;
+/// Bit of the operation condition register that is 1 while it measures.
+const MEASURING: u32 = 1 << 4;
 /// Values that one sweep may draw.
 const DRAWS_PER_SWEEP: u64 = 4096;
 
@@ -103,7 +105,11 @@ impl Analyser {
             return match () {
                 () if is("CALCulate#:DATA:FDATa").is_some() => self.answer_trace(now),
                 () if is("SENSe#:FREQuency:DATA").is_some() => self.answer_frequencies(now),
-                () => Err(code::UNDEFINED_HEADER),
+                () if is("CONTrol:HANDler:A").is_some() => self.answer(&format!("{:+}", self.relay)),
+                () if is("STATus:OPERation:CONDition").is_some() => {
+                    self.answer(&format!("{:+}", if busy { MEASURING } else { 0 }))
+                }
+                () => self.state.answer(unit).and_then(|text| self.answer(&text)),
             };
         }
         match () {
@@ -123,6 +129,11 @@ impl Analyser {
                 }
             }
         }
+        Ok(())
+    }
+
+    fn answer(&mut self, text: &str) -> Result<(), Error> {
+        self.port.respond(text.as_bytes());
         Ok(())
     }
 
@@ -173,14 +184,15 @@ impl Analyser {
             Parameter::Level => 2,
             Parameter::Current => 3,
         };
-        let values = self.swept(now)?.values.iter().map(|point| format!("{:+.11E},+0.0E0", point[which]));
+        let values =
+            self.swept(now)?.values.iter().map(|point| format!("{},{}", nr3(point[which], 11), nr3(0.0, 11)));
         let answer = values.collect::<Vec<_>>().join(",");
         self.port.respond(answer.as_bytes());
         Ok(())
     }
 
     fn answer_frequencies(&mut self, now: Duration) -> Result<(), Error> {
-        let values = self.swept(now)?.frequencies_hz.iter().map(|hz| format!("{hz:+.11E}"));
+        let values = self.swept(now)?.frequencies_hz.iter().map(|hz| nr3(*hz, 11));
         let answer = values.collect::<Vec<_>>().join(",");
         self.port.respond(answer.as_bytes());
         Ok(())

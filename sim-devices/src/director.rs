@@ -13,6 +13,7 @@ use crate::payload::{DeviceTypes, Imu, Payload};
 use crate::physics::noise::SeedAddress;
 use crate::scene::SceneTruth;
 use crate::scope::Scope;
+use crate::supply::Supply;
 use crate::unit::UnitSettings;
 use crate::world::{AXIS_NAMES, AxesTruth, StartState, World, WorldRecord};
 
@@ -21,6 +22,7 @@ use crate::world::{AXIS_NAMES, AxesTruth, StartState, World, WorldRecord};
 pub(crate) struct Instruments {
     pub(crate) analyser: Analyser,
     pub(crate) scope: Scope,
+    pub(crate) supply: Supply,
     pub(crate) channels: AnalogChannels,
 }
 
@@ -67,6 +69,7 @@ impl DirectorBus {
             instruments: Instruments {
                 analyser: Analyser::new(&unit.instruments, address, payload.mirror.mirror()),
                 scope: Scope::new(unit, address),
+                supply: Supply::new(&unit.instruments, address),
                 channels: AnalogChannels::new(&unit.instruments, address, sync_rate_hz),
             },
             payload,

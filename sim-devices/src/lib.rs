@@ -19,6 +19,7 @@ pub mod motion;
 pub mod operator;
 mod payload;
 pub mod physics;
+pub mod reader;
 pub mod reference;
 pub mod rig;
 pub mod scene;
@@ -27,6 +28,7 @@ mod scpi;
 #[cfg(target_os = "linux")]
 pub mod served;
 pub mod stim300;
+pub mod supply;
 mod table;
 pub mod target;
 pub mod tracker;

@@ -5,16 +5,20 @@ mod table;
 
 use std::cell::RefCell;
 use std::rc::Rc;
+use std::sync::Arc;
 use std::time::Duration;
 
 use crate::canopen::{self, CanOpenLine};
 use crate::director::DirectorBus;
 use crate::ethercat::{ClockError, EtherCatLine, Line, LineSettings, Terminals};
+use crate::reader::Reader;
 use crate::scene::SceneTruth;
 use crate::unit::UnitSettings;
+use drivers::reader::ReaderProfile;
 use drivers::wire::{AnalogPort, ByteLine, DatagramPort, DigitalPort, Fieldbus};
 use handles::{
-    AnalogCard, AnalyserLine, BusHandle, DigitalCard, ImuLine, MirrorLine, ScopeLine, TrackerHandle,
+    AnalogCard, AnalyserLine, BusHandle, DigitalCard, ImuLine, MirrorLine, ReaderLine, ScopeLine, SupplyLine,
+    TrackerHandle,
 };
 
 pub use crate::cia402::DriveType;
@@ -116,6 +120,17 @@ impl SimulatedRig {
     /// The line of the oscilloscope.
     pub fn scope_line(&self) -> Box<dyn ByteLine> {
         Box::new(ScopeLine(Rc::clone(&self.bus)))
+    }
+
+    /// The line of the DC supply.
+    pub fn supply_line(&self) -> Box<dyn ByteLine> {
+        Box::new(SupplyLine(Rc::clone(&self.bus)))
+    }
+
+    /// The line of an instrument of this type: autocollimators that look at the polygons on the axes, or the force gauge. Each
+    /// call is another instrument.
+    pub fn reader_line(&self, profile: Arc<ReaderProfile>) -> Box<dyn ByteLine> {
+        Box::new(ReaderLine { shared: Rc::clone(&self.bus), reader: Reader::new(profile) })
     }
 
     /// The port of the coarse tracker.

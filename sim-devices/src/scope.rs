@@ -14,7 +14,7 @@ use std::time::Duration;
 
 use crate::physics::current_loop::Lag;
 use crate::physics::noise::{Noise, SeedAddress};
-use crate::scpi::{Error, Port, Unit, code, matches};
+use crate::scpi::{Error, Port, Unit, matches};
 use crate::unit::UnitSettings;
 use record::Record;
 use state::State;
@@ -115,7 +115,15 @@ impl Scope {
             }
             true if is("WAVeform:PREamble") => self.answer_preamble(now)?,
             true if is("WAVeform:DATA") => self.answer_data(now)?,
-            true => return Err(code::UNDEFINED_HEADER),
+            true => {
+                let text = self.state.answer(unit)?;
+                self.port.respond(text.as_bytes());
+            }
+            false if is("TRIGger:FORCe") => {
+                if let Some(record) = &mut self.record {
+                    record.force(now);
+                }
+            }
             false if unit.header == "*RST" => (self.state, self.record) = (State::default(), None),
             false if is("STOP") => self.record = None,
             false if is("SINGle") => {

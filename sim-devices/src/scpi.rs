@@ -6,6 +6,7 @@
 
 mod error;
 mod header;
+mod number;
 #[cfg(test)]
 mod tests;
 
@@ -14,6 +15,7 @@ use std::time::Duration;
 
 pub(crate) use error::{Error, code};
 pub(crate) use header::{matches, word_matches};
+pub(crate) use number::nr3;
 
 /// From the end of a message to the first byte of its answer.
 const REACTION: Duration = Duration::from_micros(500);
@@ -23,13 +25,22 @@ const BYTES_PER_S: f64 = 10e6;
 const QUEUE: usize = 20;
 /// Longest message.
 const LONGEST_MESSAGE: usize = 4096;
+/// Version of the standard that `SYSTem:VERSion?` names.
+const SCPI_VERSION: &str = "1999.0";
 
 /// Bits of the event status register.
 const OPERATION_COMPLETE: u8 = 1 << 0;
 const QUERY_ERROR: u8 = 1 << 2;
+const DEVICE_ERROR: u8 = 1 << 3;
 const EXECUTION_ERROR: u8 = 1 << 4;
 const COMMAND_ERROR: u8 = 1 << 5;
 const POWER_ON: u8 = 1 << 7;
+
+/// Bits of the status byte.
+const ERROR_QUEUE: u8 = 1 << 2;
+const MESSAGE_AVAILABLE: u8 = 1 << 4;
+const EVENT_SUMMARY: u8 = 1 << 5;
+const MASTER_SUMMARY: u8 = 1 << 6;
 
 /// One command or query of a message.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,6 +81,8 @@ impl Unit {
 pub(crate) struct Port {
     identity: &'static str,
     input: Vec<u8>,
+    /// The message under way is too long: what is left of it is thrown away.
+    overruns: bool,
     /// Rest of the message under way.
     units: VecDeque<Unit>,
     path: String,
@@ -81,6 +94,9 @@ pub(crate) struct Port {
     waits_for_completion: bool,
     errors: VecDeque<Error>,
     event_status: u8,
+    /// Masks of the event status register and of the status byte.
+    event_mask: u8,
+    service_mask: u8,
 }
 
 impl Port {
@@ -88,6 +104,7 @@ impl Port {
         Self {
             identity,
             input: Vec::new(),
+            overruns: false,
             units: VecDeque::new(),
             path: String::new(),
             answer: Vec::new(),
@@ -97,13 +114,27 @@ impl Port {
             waits_for_completion: false,
             errors: VecDeque::new(),
             event_status: POWER_ON,
+            event_mask: 0,
+            service_mask: 0,
         }
     }
 
-    /// Bytes from the host.
+    /// Bytes from the host. A message that is too long is thrown away whole, and is an error.
     pub(crate) fn receive(&mut self, bytes: &[u8]) {
-        let room = LONGEST_MESSAGE.saturating_sub(self.input.len());
-        self.input.extend_from_slice(&bytes[..bytes.len().min(room)]);
+        for &byte in bytes {
+            let begins = self.input.iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1);
+            match byte {
+                b'\n' if std::mem::take(&mut self.overruns) => {}
+                _ if self.overruns => {}
+                b'\n' => self.input.push(byte),
+                _ if self.input.len() - begins < LONGEST_MESSAGE => self.input.push(byte),
+                _ => {
+                    self.input.truncate(begins);
+                    self.overruns = true;
+                    self.raise(code::INPUT_OVERRUN);
+                }
+            }
+        }
     }
 
     /// What has left by now; how much.
@@ -145,9 +176,7 @@ impl Port {
             if !header.starts_with('*') {
                 self.path = header.rsplit_once(':').map_or(String::new(), |(path, _)| path.to_owned());
             }
-            let parameters = parameters.split(',').map(|p| p.trim().to_owned());
-            let parameters = parameters.filter(|p| !p.is_empty()).collect();
-            self.units.push_back(Unit { header, query, parameters });
+            self.units.push_back(Unit { header, query, parameters: split_parameters(parameters) });
         }
     }
 
@@ -180,6 +209,7 @@ impl Port {
         self.event_status |= match error.0 {
             -199..=-100 => COMMAND_ERROR,
             -299..=-200 => EXECUTION_ERROR,
+            -399..=-300 => DEVICE_ERROR,
             _ => QUERY_ERROR,
         };
         match self.errors.len() {
@@ -199,11 +229,28 @@ impl Port {
             ("*OPC", true) if busy => self.waits_for_completion = true,
             ("*OPC", true) => self.respond(b"1"),
             ("*OPC", false) => self.event_status |= OPERATION_COMPLETE,
+            // Commands are carried out one after another, so there is nothing to wait for.
+            ("*WAI", false) => {}
+            ("*TST", true) => self.respond(b"+0"),
             ("*ESR", true) => {
                 let status = std::mem::take(&mut self.event_status);
-                self.respond(status.to_string().as_bytes());
+                self.respond(format!("{status:+}").as_bytes());
             }
-            (header, true) if matches("SYSTem:ERRor", header).is_some() => {
+            ("*STB", true) => self.respond(format!("{:+}", self.status_byte()).as_bytes()),
+            ("*ESE", true) => self.respond(format!("{:+}", self.event_mask).as_bytes()),
+            ("*SRE", true) => self.respond(format!("{:+}", self.service_mask).as_bytes()),
+            ("*ESE" | "*SRE", false) => match unit.number([0.0, 255.0]) {
+                Ok(mask) if unit.header == "*ESE" => self.event_mask = mask.round() as u8,
+                Ok(mask) => self.service_mask = mask.round() as u8 & !MASTER_SUMMARY,
+                Err(error) => self.raise(error),
+            },
+            (header, true) if matches("SYSTem:VERSion", header).is_some() => {
+                self.respond(SCPI_VERSION.as_bytes());
+            }
+            (header, true)
+                if matches("SYSTem:ERRor", header).is_some()
+                    || matches("SYSTem:ERRor:NEXT", header).is_some() =>
+            {
                 let (number, text) = self.errors.pop_front().unwrap_or((0, "No error"));
                 self.respond(format!("{number:+},\"{text}\"").as_bytes());
             }
@@ -211,4 +258,28 @@ impl Port {
         }
         true
     }
+
+    fn status_byte(&self) -> u8 {
+        let bit = |is_set: bool, bit: u8| if is_set { bit } else { 0 };
+        let status = bit(!self.errors.is_empty(), ERROR_QUEUE)
+            | bit(!self.output.is_empty() || !self.answer.is_empty(), MESSAGE_AVAILABLE)
+            | bit(self.event_status & self.event_mask != 0, EVENT_SUMMARY);
+        status | bit(status & self.service_mask != 0, MASTER_SUMMARY)
+    }
+}
+
+/// Parameters between commas; those of a channel list such as `(@1,2)` do not part it.
+fn split_parameters(text: &str) -> Vec<String> {
+    let mut all = vec![String::new()];
+    let mut is_inside = false;
+    for c in text.chars() {
+        match c {
+            ',' if !is_inside => all.push(String::new()),
+            _ => {
+                is_inside = (is_inside || c == '(') && c != ')';
+                all.last_mut().expect("it began with one").push(c);
+            }
+        }
+    }
+    all.iter().map(|one| one.trim().to_owned()).filter(|one| !one.is_empty()).collect()
 }

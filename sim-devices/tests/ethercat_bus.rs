@@ -62,7 +62,9 @@ fn two_drives_run_20_000_cycles_in_op_without_a_wrong_working_counter() {
 fn a_bus_that_is_opened_a_second_time_runs_as_it_did_the_first_time() {
     let mut first = Bench::new();
     first.enter_op();
-    (0..500).for_each(|_| drop(first.tick(PowerTarget::Enabled)));
+    for _ in 0..500 {
+        first.tick(PowerTarget::Enabled);
+    }
     let link = first.link.clone();
     drop(first);
     let let_go = EtherCatSettings { may_let_go: true, ..settings() };

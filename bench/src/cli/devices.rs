@@ -2,12 +2,14 @@
 
 use std::io::IsTerminal;
 
+use reports::record::DeviceRecord;
+
 use super::options::On;
 use super::output;
 use crate::exit;
-use crate::model::rig::Tier;
+use crate::model::rig::{Rig, Tier};
 use crate::people::{console, lock};
-use crate::site::{Purpose, Site, WiredSite, site};
+use crate::site::{Opened, Purpose, Site, WiredSite, site};
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
@@ -50,16 +52,36 @@ pub(super) fn run(args: &Args) -> u8 {
     };
     match site.open(&rig, &gains, &purpose) {
         Ok(session) => {
-            for device in crate::rig::identities::records(&rig, &session.rig, &session.grounds) {
-                let what = if device.may_be_real { "real" } else { "simulated" };
-                output::say(&format!("{}: {}\n  {what}: {}", device.name, device.identity, device.grounds));
-            }
+            tell(&rig, &session);
             exit::PASS
         }
         Err(error) => {
             output::error(&error.to_string());
             exit::BENCH
         }
+    }
+}
+
+/// Who is there, where, and how it is set up: drives, then the devices in the order of the rig file. A device that cannot say who
+/// it is has its driver's name.
+fn tell(rig: &Rig, session: &Opened) {
+    let records = crate::rig::identities::records(rig, &session.rig, &session.grounds);
+    let configurations = session.rig.devices().configurations();
+    let told = |record: &DeviceRecord| {
+        let what = if record.may_be_real { "real" } else { "simulated" };
+        format!("{}: {}\n  {what}: {}", record.name, record.identity, record.grounds)
+    };
+    let is_device = |record: &&DeviceRecord| rig.devices.iter().any(|entry| entry.name == record.name);
+    records.iter().filter(|record| !is_device(record)).for_each(|drive| output::say(&told(drive)));
+    for entry in &rig.devices {
+        let text = match records.iter().find(|record| record.name == entry.name) {
+            Some(record) => told(record),
+            None => format!("{}: driver `{}`, no identity of its own", entry.name, entry.driver),
+        };
+        let ports: Vec<&str> = entry.ports.values().map(String::as_str).collect();
+        let setup = configurations.iter().find(|(name, _)| *name == entry.name);
+        let setup = setup.map_or(String::new(), |(_, text)| format!("\n  configuration: {text}"));
+        output::say(&format!("{text}\n  at: {}{setup}", ports.join(", ")));
     }
 }
 

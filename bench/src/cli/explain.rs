@@ -61,6 +61,7 @@ pub(super) fn run(args: &Args) -> u8 {
                 .chain(shipped::all(Folder::Parameters).map(|p| p.stem()))
                 .chain(shipped::all(Folder::Rigs).map(|r| r.stem()))
                 .chain(shipped::all(Folder::Profiles).map(|p| p.stem()))
+                .chain(shipped::all(Folder::Readers).map(|p| p.stem()))
                 .chain(shipped::all(Folder::Procedures).map(|p| p.path.trim_end_matches(".toml")))
                 .chain(["exit-code", "signals", "rig"]);
             let known: Vec<&str> = known.collect();

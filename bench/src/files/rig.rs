@@ -74,11 +74,7 @@ fn read(t: &mut TableReader<'_>, drives: &mut Drives) -> Option<Rig> {
         read_axis(t, name, cycle_s, whole, |t, safety| drives.read(t, name, tier, cycle_s, safety, station))
     });
     check_rate(t, loop_rate_hz, cycle_s);
-    let before = t.mistakes();
-    let placed = if t.has("device") { t.tables("device", device::read) } else { Some(Vec::new()) };
-    device::clashes(t, placed.as_deref().unwrap_or_default());
-    let devices = placed.map(|all| all.into_iter().map(|placed| placed.entry).collect::<Vec<_>>());
-    let devices = devices.filter(|_| t.mistakes() == before);
+    let devices = device::read_all(t, &mut drives.mistakes);
     if let (Some(devices), Some(axes)) = (&devices, &mut axes) {
         attach_references(axes, devices);
     }
@@ -193,7 +189,7 @@ fn attach_references(axes: &mut [RigAxis], devices: &[DeviceEntry]) {
     let pair = Gimbal::of(axes).map_or([0, 1], Gimbal::both);
     for (axis, reference) in pair.into_iter().zip(reference::angle_references(entry)) {
         if let Some(axis) = axes.get_mut(axis) {
-            axis.limits.reference = Some(reference);
+            axis.limits.reference = reference;
         }
     }
 }

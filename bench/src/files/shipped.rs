@@ -38,6 +38,8 @@ pub enum Folder {
     Parameters,
     /// Types of drives.
     Profiles,
+    /// Types of instruments that send their readings as text.
+    Readers,
 }
 
 impl Folder {
@@ -51,6 +53,7 @@ impl Folder {
             Self::States => "a build state",
             Self::Parameters => "controller parameters",
             Self::Profiles => "a drive profile",
+            Self::Readers => "a reader profile",
         }
     }
 
@@ -64,6 +67,7 @@ impl Folder {
             Self::States => "build state",
             Self::Parameters => "controller parameters",
             Self::Profiles => "drive profile",
+            Self::Readers => "reader profile",
         }
     }
 }

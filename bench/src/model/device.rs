@@ -1,7 +1,9 @@
 //! A device of a rig as its file describes it: which driver, on which ports, with which settings.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
+use drivers::reader::ReaderProfile;
 use drivers::wire::lines::LineAddress;
 use procedures::device::DeviceRole;
 
@@ -33,6 +35,8 @@ pub struct DeviceEntry {
     pub ports: BTreeMap<String, String>,
     /// Settings of the device; those that were left out and have no default are missing.
     pub settings: BTreeMap<&'static str, Setting>,
+    /// What its lines look like, for an instrument that sends its readings as text.
+    pub profile: Option<Arc<ReaderProfile>>,
 }
 
 /// Why a getter may rely on a setting.
@@ -82,6 +86,14 @@ impl DeviceEntry {
             _ => None,
         }
         .expect(READ)
+    }
+
+    /// Several quantities that may have been left out; empty then.
+    pub fn optional_numbers(&self, key: &str) -> &[f64] {
+        match self.settings.get(key) {
+            Some(Setting::Numbers(numbers)) => numbers,
+            _ => &[],
+        }
     }
 
     /// A whole number.

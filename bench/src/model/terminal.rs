@@ -1,6 +1,7 @@
 //! SubDevices on the wire of the drives that are none of them: terminals, couplers.
 
 use super::address::Address;
+use super::device::DeviceEntry;
 use super::rig::Rig;
 
 /// A SubDevice that a rig file names in `[[terminal]]`.
@@ -43,6 +44,18 @@ pub struct StationUse {
 }
 
 impl Rig {
+    /// The rig with this device alone. The stations of the others stay known as terminals, so that nobody is surprised by them.
+    #[must_use]
+    pub(crate) fn with_only(&self, device: &DeviceEntry) -> Self {
+        let mut alone = Self { devices: vec![device.clone()], ..self.clone() };
+        let known: Vec<u16> = alone.stations_beside_drives().iter().map(|own| own.station).collect();
+        for own in self.stations_beside_drives().into_iter().filter(|own| !known.contains(&own.station)) {
+            let (station, name) = (own.station, own.names.join(", "));
+            alone.terminals.push(Terminal { name, station, vendor: None, product: None, serial: None });
+        }
+        alone
+    }
+
     /// The stations of the wire that are none of the drives', in ascending order.
     pub fn stations_beside_drives(&self) -> Vec<StationUse> {
         let mut all: Vec<StationUse> = Vec::new();

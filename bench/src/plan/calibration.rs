@@ -4,7 +4,7 @@ use reports::record::InstrumentRecord;
 
 use crate::model::instrument::{Calibration, Instrument};
 use crate::model::rig::Rig;
-use crate::rig::devices::driver;
+use crate::rig::devices::certified_as;
 
 #[cfg(test)]
 mod tests;
@@ -23,7 +23,7 @@ pub(crate) fn refusals(rig: &Rig, real: &[&str], today: &str) -> Vec<String> {
         }));
         let known = |role: &str| rig.instruments.iter().any(|i| i.role == role);
         let measuring = rig.devices.iter().filter_map(|entry| {
-            let role = driver(entry.driver)?.certified_as?;
+            let role = certified_as(entry)?;
             Some((role, entry.name.as_str()))
         });
         all.extend(measuring.filter(|(role, _)| !known(role)).map(|(role, name)| {

@@ -31,6 +31,17 @@ pub trait Device {
         None
     }
 
+    /// How it is set up, once it is open: what decides what its values mean; `None` where the rig file says all of it.
+    fn configuration(&self) -> Option<String> {
+        None
+    }
+
+    /// What has come over its line since it was opened, each count with its name, the samples first; nothing for a device that is
+    /// read once a tick.
+    fn counts(&self) -> Vec<(&'static str, u64)> {
+        Vec::new()
+    }
+
     /// Begins to take what a point changes of it; [`Device::poll_change`] goes on with it.
     ///
     /// # Errors

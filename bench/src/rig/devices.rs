@@ -28,9 +28,11 @@ pub(crate) mod inertial;
 pub mod mirror;
 mod on_card;
 mod on_line;
+mod reader;
 pub mod reference;
 mod scope;
 pub(crate) mod stim300;
+mod supply;
 mod track_log;
 pub mod tracker;
 
@@ -54,11 +56,20 @@ pub const DRIVERS: &[&Driver] = &[
     &force::DRIVER,
     &analyser::DRIVER,
     &scope::DRIVER,
+    &supply::DRIVER,
+    &reader::DRIVER,
 ];
 
 /// The driver of this name.
 pub fn driver(name: &str) -> Option<&'static Driver> {
     DRIVERS.iter().copied().find(|driver| driver.name == name)
+}
+
+/// Role of the `[[instrument]]` whose certificate vouches for the readings of a device; `None` where the device belongs to the
+/// unit. A device whose role follows from its profile has the one of the driver that always has this role.
+pub fn certified_as(entry: &DeviceEntry) -> Option<&'static str> {
+    let of_role = || DRIVERS.iter().find(|other| other.role.is_some() && other.role == entry.role);
+    driver(entry.driver)?.certified_as.or_else(|| of_role()?.certified_as)
 }
 
 /// Devices and instruments that are not open yet.
@@ -283,6 +294,17 @@ impl Devices {
     /// Who they are, as name and identity; without those that cannot say it.
     pub fn identities(&self) -> Vec<(String, String)> {
         self.list.iter().filter_map(|device| Some((device.name().to_owned(), device.identity()?))).collect()
+    }
+
+    /// The device of this name.
+    pub(crate) fn named(&mut self, name: &str) -> Option<&mut Box<dyn Device>> {
+        self.list.iter_mut().find(|device| device.name() == name)
+    }
+
+    /// How each of them is set up, as name and text; without those that have nothing to say of it.
+    pub(crate) fn configurations(&self) -> Vec<(String, String)> {
+        let told = |device: &dyn Device| Some((device.name().to_owned(), device.configuration()?));
+        self.list.iter().filter_map(|device| told(&**device)).collect()
     }
 
     /// How many groups of the log are theirs.

@@ -79,6 +79,8 @@ pub struct Driver {
     pub rate_range_rad_per_s: Option<f64>,
     /// Ports that the device hangs on.
     pub ports: &'static [PortField],
+    /// Whether its key `profile` names a reader profile, which then says what its device is to procedures.
+    pub has_profile: bool,
     /// Keys of its settings. Their shapes are quantities, lists of quantities, whole numbers, texts and choices.
     pub fields: &'static [Field],
     /// Settings that cannot be, beyond what their shapes say.

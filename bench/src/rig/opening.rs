@@ -1,6 +1,7 @@
 //! Opening a rig: every device is identified, configured and read back, and nothing can move. Whatever else is on the bus of the
 //! drives is no drive.
 
+use std::rc::Rc;
 use std::time::Duration;
 
 use controllers::DirectorGains;
@@ -17,7 +18,7 @@ use super::instruments::Instruments;
 use super::pace::Pace;
 use super::phase::Phase;
 use super::tracking::Tracking;
-use super::wires::{Ports, Wires};
+use super::wires::{Ports, Traffic, Wires};
 use crate::clock::Clock;
 use crate::model::axis::RigAxis;
 use crate::model::rig::{Gimbal, Rig};
@@ -69,6 +70,13 @@ impl OpenRig {
             opened_at: now,
             pace: Pace::new(rig),
         })
+    }
+
+    /// From now on what passes lines and datagram ports is counted.
+    pub(crate) fn count_traffic(&mut self) -> Rc<Traffic> {
+        let (ports, traffic) = std::mem::take(&mut self.ports).counted();
+        self.ports = ports;
+        traffic
     }
 
     /// Who the drives said they are, in axis order.

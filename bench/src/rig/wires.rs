@@ -1,5 +1,9 @@
 //! The host's ends of all wires of a rig: the bus of its drives, and the ports that devices hang on.
 
+use std::cell::Cell;
+use std::rc::Rc;
+use std::time::Duration;
+
 use drivers::device::DeviceError;
 use drivers::wire::lines::Lines;
 use drivers::wire::{AnalogPort, ByteLine, DatagramPort, DigitalPort, Fieldbus};
@@ -62,6 +66,19 @@ impl Ports {
         self.emergency_stop.as_mut()
     }
 
+    /// The same ports, and what passes the lines and datagram ports among them from now on.
+    pub(crate) fn counted(mut self) -> (Self, Rc<Traffic>) {
+        let traffic = Rc::new(Traffic::default());
+        let count = || Rc::clone(&traffic);
+        let lines = self.lines.into_iter();
+        self.lines =
+            lines.map(|(name, inner)| (name, boxed_line(Counted { inner, traffic: count() }))).collect();
+        let sockets = self.sockets.into_iter();
+        self.sockets =
+            sockets.map(|(name, inner)| (name, boxed_port(Counted { inner, traffic: count() }))).collect();
+        (self, traffic)
+    }
+
     /// With a byte line seen through something else, for faults on the wire.
     #[must_use]
     pub fn with_line_through(
@@ -118,6 +135,70 @@ impl Ports {
     /// A byte line and an analog card at once, for a device that hangs on both.
     pub fn line_and_card(&mut self, line: usize, card: usize) -> (&mut dyn ByteLine, &mut dyn AnalogPort) {
         (&mut *self.lines[line].1, &mut *self.cards[card].1)
+    }
+}
+
+/// Bytes that passed lines and datagram ports.
+#[derive(Debug, Default)]
+pub(crate) struct Traffic {
+    received_bytes: Cell<u64>,
+    sent_bytes: Cell<u64>,
+}
+
+impl Traffic {
+    /// Bytes that came, bytes that were sent.
+    pub(crate) fn bytes(&self) -> [u64; 2] {
+        [self.received_bytes.get(), self.sent_bytes.get()]
+    }
+
+    fn receive(&self, bytes: usize) {
+        self.received_bytes.set(self.received_bytes.get() + bytes as u64);
+    }
+
+    fn send(&self, bytes: usize) {
+        self.sent_bytes.set(self.sent_bytes.get() + bytes as u64);
+    }
+}
+
+/// A line or a port whose bytes are counted.
+struct Counted<T> {
+    inner: T,
+    traffic: Rc<Traffic>,
+}
+
+fn boxed_line(line: impl ByteLine + 'static) -> Box<dyn ByteLine> {
+    Box::new(line)
+}
+
+fn boxed_port(port: impl DatagramPort + 'static) -> Box<dyn DatagramPort> {
+    Box::new(port)
+}
+
+impl<L: ByteLine> ByteLine for Counted<L> {
+    fn name(&self) -> &str {
+        self.inner.name()
+    }
+
+    fn read(&mut self, now: Duration, into: &mut [u8]) -> Result<usize, DeviceError> {
+        self.inner.read(now, into).inspect(|count| self.traffic.receive(*count))
+    }
+
+    fn write(&mut self, now: Duration, bytes: &[u8]) -> Result<(), DeviceError> {
+        self.inner.write(now, bytes).inspect(|()| self.traffic.send(bytes.len()))
+    }
+}
+
+impl<P: DatagramPort> DatagramPort for Counted<P> {
+    fn name(&self) -> &str {
+        self.inner.name()
+    }
+
+    fn receive(&mut self, now: Duration, into: &mut [u8]) -> Result<Option<usize>, DeviceError> {
+        self.inner.receive(now, into).inspect(|count| self.traffic.receive(count.unwrap_or(0)))
+    }
+
+    fn send(&mut self, now: Duration, bytes: &[u8]) -> Result<(), DeviceError> {
+        self.inner.send(now, bytes).inspect(|()| self.traffic.send(bytes.len()))
     }
 }
 

@@ -1,5 +1,7 @@
 //! Serial lines, TCP connections and UDP ports of a rig at their far ends, where a simulated director has them.
 
+use std::sync::Arc;
+
 use drivers::device::DeviceError;
 use drivers::wire::lines::LineAddress;
 use drivers::wire::{ByteLine, DatagramPort};
@@ -10,6 +12,9 @@ use sim_devices::stim300::Stim300Setup;
 use crate::model::device::DeviceEntry;
 use crate::model::rig::Rig;
 use crate::rig::devices::{gcs, stim300};
+
+/// Driver whose device has no role.
+const DC_SUPPLY: &str = "e36300";
 
 /// A line of a rig, and the simulated device behind it.
 pub(crate) struct FarLine {
@@ -78,7 +83,14 @@ pub(super) fn far_lines(rig: &Rig, simulated: Option<&SimulatedRig>) -> Result<V
     Ok(all)
 }
 
-fn far_end(entry: &DeviceEntry, simulated: &SimulatedRig) -> Option<FarEnd> {
+/// The simulated device behind a line; `None` for one that a simulated director does not have.
+pub(super) fn far_end(entry: &DeviceEntry, simulated: &SimulatedRig) -> Option<FarEnd> {
+    if let Some(profile) = &entry.profile {
+        return Some(FarEnd::Line(simulated.reader_line(Arc::clone(profile))));
+    }
+    if entry.driver == DC_SUPPLY {
+        return Some(FarEnd::Line(simulated.supply_line()));
+    }
     Some(match entry.role? {
         DeviceRole::InertialUnit => FarEnd::Line(simulated.imu_line()),
         DeviceRole::Mirror => FarEnd::Line(simulated.mirror_line()),

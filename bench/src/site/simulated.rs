@@ -13,7 +13,7 @@ use sim_devices::unit::{TableSettings, UnitSettings};
 use sim_devices::world::AXIS_NAMES;
 
 use super::can;
-use super::far_lines::{FarEnd, FarLine, device_types, far_lines};
+use super::far_lines::{FarEnd, FarLine, device_types, far_end, far_lines};
 use super::unit_for_case::world_axis;
 use super::wired::card_address;
 use super::{Contact, Purpose, Surroundings, sim_unit_for_case};
@@ -314,6 +314,13 @@ fn with_addresses(mut wires: Wires, rig: &Rig, simulated: &SimulatedRig) -> Resu
             FarEnd::Port(socket) => wires.ports.with_socket(&address, socket),
         };
     }
+    // A reader is as its profile says: there is none before a rig file names one.
+    for entry in rig.devices.iter().filter(|entry| entry.profile.is_some() && entry.lines().next().is_none())
+    {
+        if let Some(FarEnd::Line(line)) = far_end(entry, simulated) {
+            wires.ports = wires.ports.with_line(entry.port("line"), line);
+        }
+    }
     if rig.emergency_stop_input.is_some() {
         wires.ports = wires.ports.with_emergency_stop(simulated.digital_card());
     }
@@ -412,6 +419,7 @@ impl Wires {
                 .with_line("sim:mirror", rig.mirror_line())
                 .with_line("sim:analyser", rig.analyser_line())
                 .with_line("sim:scope", rig.scope_line())
+                .with_line("sim:dc-supply", rig.supply_line())
                 .with_card("sim:analog", rig.analog_card())
                 .with_socket("sim:coarse", rig.coarse_port())
                 .with_socket("sim:fine", rig.fine_port()),

@@ -5,7 +5,7 @@ use drivers::device::DeviceError;
 use sim_devices::rig::SimulatedRig;
 
 use super::simulated::Units;
-use super::{BusGrounds, Opened, Purpose, Site};
+use super::{BusGrounds, Opened, OpenedPorts, Purpose, Site};
 use crate::clock::Clock;
 use crate::model::rig::Rig;
 use crate::rig::OpenRig;
@@ -49,5 +49,10 @@ impl Site for VirtualSite<'_> {
             clock,
             surroundings: simulated.surroundings,
         })
+    }
+
+    fn open_ports(&self, rig: &Rig, purpose: &Purpose<'_>) -> Result<OpenedPorts, DeviceError> {
+        let ports = self.units.simulate(rig, purpose, self.wires)?.wires.ports;
+        Ok(OpenedPorts { ports, clock: Clock::Virtual, lines: Vec::new() })
     }
 }

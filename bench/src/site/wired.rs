@@ -18,7 +18,9 @@ use super::interface::{self, Interface, Kernel};
 use super::lines;
 use super::order::Order;
 use super::terminal::{Images, TerminalCard, TerminalImage, WithTerminals};
-use super::{BusGrounds, Contact, Opened, Purpose, Site, Surroundings, WireFaults, path_for, tell};
+use super::{
+    BusGrounds, Contact, Opened, OpenedPorts, Purpose, Site, Surroundings, WireFaults, path_for, tell,
+};
 use crate::clock::{self, Clock};
 use crate::model::address::Address;
 use crate::model::axis::RigAxis;
@@ -108,6 +110,12 @@ impl Site for WiredSite<'_> {
         let surroundings = Box::new(AroundWires { control: interface.peer.clone() });
         let grounds = self.grounds(&interface, line_grounds);
         Ok(Opened { bus: bus_name, grounds, rig, clock, surroundings })
+    }
+
+    fn open_ports(&self, rig: &Rig, _purpose: &Purpose<'_>) -> Result<OpenedPorts, DeviceError> {
+        let clock = Clock::real();
+        let (ports, lines) = lines::open(rig, Ports::default(), &clock)?;
+        Ok(OpenedPorts { ports, clock, lines })
     }
 
     fn wire_faults(&self) -> Option<&WireFaults> {

@@ -49,6 +49,8 @@ pub struct Opening {
     tries_count: u32,
     text: Vec<u8>,
     serial: String,
+    /// Entries that were found to be what they must be.
+    configuration: Vec<(&'static str, String)>,
 }
 
 impl Opening {
@@ -72,7 +74,9 @@ impl Opening {
         let sent_at = None;
         let tries_count = 0;
         let serial = String::new();
-        Ok(Self { settings, fields, step: Step::Enter, sent_at, tries_count, text, serial })
+        let configuration = Vec::new();
+        let step = Step::Enter;
+        Ok(Self { settings, fields, step, sent_at, tries_count, text, serial, configuration })
     }
 
     /// Goes on as far as the answers that arrived up to `now` allow.
@@ -93,8 +97,10 @@ impl Opening {
             }
         }
         self.send_if_due(line, now)?;
-        let identity = KvhIdentity { serial: self.serial.clone() };
-        Ok((self.step == Step::Done).then(|| Kvh::new(self.settings.clone(), identity)))
+        Ok((self.step == Step::Done).then(|| {
+            let (serial, configuration) = (self.serial.clone(), self.configuration.clone());
+            Kvh::new(self.settings.clone(), KvhIdentity { serial, configuration })
+        }))
     }
 
     /// The line of text that this byte ends. What is not text is the binary output that still runs.
@@ -151,7 +157,10 @@ impl Opening {
         match self.step {
             // An echo proves nothing: it is read back.
             Step::Change { .. } => self.go(Step::Ask { field: at, changed: true }),
-            _ if right => self.go_past(at),
+            _ if right => {
+                self.configuration.push((field.name, value.to_owned()));
+                self.go_past(at);
+            }
             Step::Ask { changed: false, .. } if field.settable => self.go(Step::Change { field: at }),
             _ => return Err(self.refused(at, value)),
         }

@@ -38,7 +38,10 @@ fn settings() -> KvhSettings {
 }
 
 fn driver(rate_output: bool) -> Kvh {
-    Kvh::new(KvhSettings { rate_output, ..settings() }, KvhIdentity { serial: "1".into() })
+    Kvh::new(
+        KvhSettings { rate_output, ..settings() },
+        KvhIdentity { serial: "1".into(), configuration: Vec::new() },
+    )
 }
 
 fn found(stream: &[u8]) -> (Vec<Found>, Tally) {

@@ -18,7 +18,8 @@ use std::time::Duration;
 pub const LENGTH: usize = 32;
 
 const MAGIC: [u8; 4] = *b"VTRK";
-const VERSION: u8 = 1;
+/// Version of the message that is understood.
+pub const VERSION: u8 = 1;
 const CRC_AT: usize = 28;
 
 /// Which camera a message comes from.

@@ -1,6 +1,6 @@
 //! Settings of the analyser.
 
-use crate::scpi::{Error, Unit, code, matches};
+use crate::scpi::{Error, Unit, code, matches, nr3};
 
 /// What a trace shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,6 +85,35 @@ impl State {
             }
         };
         Ok((0..self.points_count as u32).map(place).collect())
+    }
+
+    /// What a query of a setting is answered with.
+    pub(super) fn answer(&self, unit: &Unit) -> Result<String, Error> {
+        let is = |pattern: &str| matches(pattern, &unit.header);
+        let flag = |is_set: bool| u8::from(is_set).to_string();
+        Ok(match () {
+            () if is("SENSe#:FREQuency:STARt").is_some() => nr3(self.start_hz, 11),
+            () if is("SENSe#:FREQuency:STOP").is_some() => nr3(self.stop_hz, 11),
+            () if is("SENSe#:SWEep:POINts").is_some() => format!("{:+}", self.points_count),
+            () if is("SENSe#:SWEep:TYPE").is_some() => {
+                if self.logarithmic { "LOG" } else { "LIN" }.to_owned()
+            }
+            () if is("SENSe#:SWEep:DIRection").is_some() => "UP".to_owned(),
+            () if is("SOURce#:MODE").is_some() => "VOLT".to_owned(),
+            () if is("SOURce#:VOLTage").is_some() => nr3(self.level_v_rms, 11),
+            () if is("FORMat:DATA").is_some() => "ASC".to_owned(),
+            () if is("INITiate#:CONTinuous").is_some() => flag(self.continuous),
+            () if is("TRIGger:SOURce").is_some() => if self.bus_trigger { "BUS" } else { "INT" }.to_owned(),
+            () if is("CALCulate#:PARameter:COUNt").is_some() => format!("{:+}", self.traces_count),
+            () => match is("CALCulate#:PARameter#:DEFine").as_deref() {
+                Some([1, trace @ 1..=4]) => {
+                    let shown = self.traces[*trace as usize - 1];
+                    let word = PARAMETERS.iter().find(|(_, parameter)| *parameter == shown);
+                    word.map_or("R", |(word, _)| word).to_owned()
+                }
+                _ => return Err(code::UNDEFINED_HEADER),
+            },
+        })
     }
 
     /// Obeys a command; whether a sweep before is meaningless then.

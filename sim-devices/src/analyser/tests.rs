@@ -151,3 +151,32 @@ fn a_sweep_that_was_aborted_leaves_an_instrument_that_sweeps_again() {
     let again = until(at, |now| Ok(driver.poll(&mut line, now)?.then_some(())));
     assert!(again.is_ok(), "{again:?}");
 }
+
+#[test]
+fn what_was_set_is_answered_in_short_forms() {
+    let (mut line, _) = bed(&UnitSettings::default());
+    let mut ask = |at_s: u64, message: &str| {
+        let at = Duration::from_secs(at_s);
+        line.write(at, format!("{message}\n").as_bytes()).expect("a line");
+        let mut into = [0; 256];
+        let count = line.read(at + Duration::from_millis(100), &mut into).expect("a line");
+        String::from_utf8_lossy(&into[..count]).trim_end().to_owned()
+    };
+    ask(
+        1,
+        ":SENS1:FREQ:STAR 20;STOP 2000;:SENS1:SWE:TYPE LOG;POIN 21;:TRIG:SOUR BUS;:CALC1:PAR2:DEF X;:CONT:HAND:A 1",
+    );
+    for (query, expected) in [
+        (":SENS1:FREQ:STAR?;STOP?", "+2.00000000000E+01;+2.00000000000E+03"),
+        (":SENS:SWE:TYPE?;POIN?", "LOG;+21"),
+        (":TRIG:SOUR?;:INIT:CONT?", "BUS;1"),
+        (":CALC1:PAR2:DEF?", "X"),
+        (":CONT:HAND:A?;:STAT:OPER:COND?", "+1;+0"),
+        (":CALC1:PAR7:DEF?", ""),
+        (":SYST:ERR?", "-113,\"Undefined header\""),
+    ] {
+        assert_eq!(ask(10, query), expected, "{query}");
+    }
+    ask(20, ":TRIG:SING");
+    assert_eq!(ask(20, ":STAT:OPER:COND?"), "+16");
+}

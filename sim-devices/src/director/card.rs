@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use drivers::reader::{Measured, Readings};
+
 use super::Director;
 use crate::analog_card::{
     CLAMP_INPUTS, ECHO_INPUT, ECHO_OUTPUT, FORCE_INPUT, POLYGON_INPUTS, REFERENCE_INPUTS, SYNC_OUTPUT,
@@ -44,5 +46,16 @@ impl Director {
         let clamp = place(CLAMP_INPUTS)?;
         let current_a = self.dc_link_a()[clamp];
         Some(self.instruments.channels.clamp_v(clamp, now, current_a))
+    }
+
+    /// What the autocollimators at the polygons and the force gauge show to an instrument that sends its readings as text.
+    pub(crate) fn readings(&mut self, now: Duration) -> Readings {
+        let angles_rad = self.truth_of_axes().angle_rad;
+        let pulled_nm = self.pulled_nm();
+        let channels = &mut self.instruments.channels;
+        Readings::default()
+            .with(Measured::Azimuth, channels.polygon_rad(0, now, angles_rad[0]))
+            .with(Measured::Elevation, channels.polygon_rad(1, now, angles_rad[1]))
+            .with(Measured::Force, Some(channels.force_n(now, pulled_nm)))
     }
 }

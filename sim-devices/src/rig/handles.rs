@@ -13,6 +13,7 @@ use drivers::wire::{PdoTransport, SdoAbort, SdoRequest, SdoWire, Slot};
 use crate::analog_card::{ECHO_OUTPUT, FORCE_INPUT};
 use crate::bus::{self, Plant, VirtualBus};
 use crate::director::DirectorBus;
+use crate::reader::Reader;
 
 type Shared = Rc<RefCell<DirectorBus>>;
 
@@ -40,6 +41,15 @@ pub(super) struct AnalyserLine(pub(super) Shared);
 
 /// Line of the oscilloscope.
 pub(super) struct ScopeLine(pub(super) Shared);
+
+/// Line of the DC supply.
+pub(super) struct SupplyLine(pub(super) Shared);
+
+/// Line of an instrument that sends its readings as text.
+pub(super) struct ReaderLine {
+    pub(super) shared: Shared,
+    pub(super) reader: Reader,
+}
 
 /// Analog card: what hangs on its channels stands in [`crate::analog_card`].
 pub(super) struct AnalogCard(pub(super) Shared);
@@ -215,6 +225,44 @@ impl ByteLine for ScopeLine {
         let mut rig = self.0.borrow_mut();
         rig.advance_to(now);
         rig.plant.instruments.scope.receive(now, bytes);
+        Ok(())
+    }
+}
+
+impl ByteLine for SupplyLine {
+    fn name(&self) -> &str {
+        "supply line"
+    }
+
+    fn read(&mut self, now: Duration, into: &mut [u8]) -> Result<usize, DeviceError> {
+        let mut rig = self.0.borrow_mut();
+        rig.advance_to(now);
+        Ok(rig.plant.instruments.supply.take(now, into))
+    }
+
+    fn write(&mut self, now: Duration, bytes: &[u8]) -> Result<(), DeviceError> {
+        let mut rig = self.0.borrow_mut();
+        rig.advance_to(now);
+        rig.plant.instruments.supply.receive(now, bytes);
+        Ok(())
+    }
+}
+
+impl ByteLine for ReaderLine {
+    fn name(&self) -> &str {
+        "reader line"
+    }
+
+    fn read(&mut self, now: Duration, into: &mut [u8]) -> Result<usize, DeviceError> {
+        let mut rig = self.shared.borrow_mut();
+        rig.advance_to(now);
+        Ok(self.reader.take(now, into, || rig.plant.readings(now)))
+    }
+
+    fn write(&mut self, now: Duration, bytes: &[u8]) -> Result<(), DeviceError> {
+        let mut rig = self.shared.borrow_mut();
+        rig.advance_to(now);
+        self.reader.receive(now, bytes, || rig.plant.readings(now));
         Ok(())
     }
 }

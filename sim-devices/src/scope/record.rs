@@ -82,6 +82,13 @@ impl Record {
         }
     }
 
+    /// It triggers now, without an edge, once what lies before a trigger is there.
+    pub(super) fn force(&mut self, now: Duration) {
+        if self.is_armed(now) {
+            self.trigger.get_or_insert(now);
+        }
+    }
+
     pub(super) fn sync(&mut self, now: Duration, volts: f64, triggers: bool) {
         if self.trigger.is_none() && triggers && self.is_armed(now) {
             self.trigger = Some(now);

@@ -1,6 +1,6 @@
 //! Settings of the oscilloscope.
 
-use crate::scpi::{Error, Unit, code, matches};
+use crate::scpi::{Error, Unit, code, matches, nr3};
 
 /// Channels.
 pub(super) const CHANNELS: usize = 4;
@@ -91,6 +91,59 @@ impl State {
     /// Whether a record can be read as words, raw.
     pub(super) fn reads_words(&self) -> bool {
         self.words && self.raw && self.unsigned && self.channels[self.source].displayed
+    }
+
+    /// What a query of a setting is answered with.
+    pub(super) fn answer(&self, unit: &Unit) -> Result<String, Error> {
+        let is = |pattern: &str| matches(pattern, &unit.header).is_some();
+        let word = |is_second: bool, words: [&str; 2]| words[usize::from(is_second)].to_owned();
+        let channel = |k: usize| format!("CHAN{}", k + 1);
+        let flag = |is_set: bool| u8::from(is_set).to_string();
+        Ok(match () {
+            () if unit.header.starts_with("CHAN") => return self.answer_channel(unit),
+            () if is("TIMebase:MODE") => "MAIN".to_owned(),
+            () if is("TIMebase:RANGe") => nr3(self.range_s, 3),
+            () if is("TIMebase:POSition") => nr3(0.0, 3),
+            () if is("TIMebase:REFerence") => match self.reference {
+                Reference::Left => "LEFT",
+                Reference::Centre => "CENT",
+                Reference::Right => "RIGH",
+            }
+            .to_owned(),
+            () if is("ACQuire:TYPE") => "HRES".to_owned(),
+            () if is("TRIGger:MODE") => "EDGE".to_owned(),
+            () if is("TRIGger:SWEep") => "NORM".to_owned(),
+            () if is("TRIGger:EDGE:SLOPe") => "POS".to_owned(),
+            () if is("TRIGger:EDGE:SOURce") => channel(self.trigger_source),
+            () if is("TRIGger:EDGE:LEVel") => nr3(self.trigger_v, 3),
+            () if is("WAVeform:SOURce") => channel(self.source),
+            () if is("WAVeform:FORMat") => word(self.words, ["BYTE", "WORD"]),
+            () if is("WAVeform:BYTeorder") => word(self.little_endian, ["MSBF", "LSBF"]),
+            () if is("WAVeform:UNSigned") => flag(self.unsigned),
+            () if is("WAVeform:POINts:MODE") => word(self.raw, ["NORM", "RAW"]),
+            () if is("WAVeform:POINts") => format!("{:+}", self.samples),
+            () => return Err(code::UNDEFINED_HEADER),
+        })
+    }
+
+    fn answer_channel(&self, unit: &Unit) -> Result<String, Error> {
+        let find = |pattern: &str| {
+            let number = *matches(pattern, &unit.header)?.first()? as usize;
+            self.channels.get(number.checked_sub(1)?)
+        };
+        if let Some(own) = find("CHANnel#:DISPlay") {
+            return Ok(u8::from(own.displayed).to_string());
+        }
+        if let Some(own) = find("CHANnel#:UNITs") {
+            return Ok(if own.amperes { "AMP" } else { "VOLT" }.to_owned());
+        }
+        if find("CHANnel#:PROBe").is_some() {
+            return Ok(nr3(1.0, 2));
+        }
+        if let Some(own) = find("CHANnel#:SCALe") {
+            return Ok(nr3(own.scale, 3));
+        }
+        find("CHANnel#:OFFSet").map(|own| nr3(own.offset, 3)).ok_or(code::UNDEFINED_HEADER)
     }
 
     /// Obeys a command.

@@ -134,3 +134,42 @@ fn without_an_edge_it_runs_until_it_is_stopped() {
     let count = line.scope.take(Duration::from_secs(10), &mut into);
     assert_eq!(&into[..count], b"-221,\"Settings conflict\"\n");
 }
+
+/// What the instrument answers to a message, read a millisecond later.
+fn answered(line: &mut Line, at_ms: u64, message: &str) -> String {
+    let at = Duration::from_millis(at_ms);
+    line.write(at, format!("{message}\n").as_bytes()).expect("a line");
+    let mut into = [0; 256];
+    let count = line.read(at + Duration::from_millis(1), &mut into).expect("a line");
+    String::from_utf8_lossy(&into[..count]).trim_end().to_owned()
+}
+
+#[test]
+fn what_was_set_is_answered_in_short_forms() {
+    let mut line = Line::new(&UnitSettings::default());
+    answered(
+        &mut line,
+        1,
+        ":CHAN3:SCAL 12.5;UNIT AMP;DISP 1;:TRIG:EDGE:SOUR CHAN2;:TIM:RANG 2E-3;REF LEFT;:WAV:FORM WORD",
+    );
+    for (query, expected) in [
+        (":CHAN3:SCAL?;UNIT?;DISP?", "+1.250E+01;AMP;1"),
+        (":TRIG:EDGE:SOUR?", "CHAN2"),
+        (":TIM:RANG?;REF?", "+2.000E-03;LEFT"),
+        (":WAV:FORM?;POIN?", "WORD;+1000"),
+        (":CHAN5:SCAL?", ""),
+        (":SYST:ERR?", "-113,\"Undefined header\""),
+    ] {
+        assert_eq!(answered(&mut line, 10, query), expected, "{query}");
+    }
+}
+
+#[test]
+fn a_forced_trigger_ends_a_record_without_an_edge() {
+    let mut line = Line::new(&UnitSettings::default());
+    answered(&mut line, 1, "*RST;:TIM:RANG 1E-3;:SING");
+    assert_eq!(answered(&mut line, 10, ":OPER:COND?"), "+8");
+    answered(&mut line, 20, ":TRIG:FORC");
+    assert_eq!(answered(&mut line, 30, ":OPER:COND?"), "+0");
+    assert_eq!(answered(&mut line, 40, ":SYST:ERR?"), "+0,\"No error\"");
+}

@@ -6,7 +6,7 @@ use super::Scope;
 use super::record::Record;
 use super::state::{DIVISIONS, SYNC};
 use crate::physics::noise::Noise;
-use crate::scpi::{Error, code};
+use crate::scpi::{Error, code, nr3};
 
 /// Codes of a word, and how many of them one step of the converter is: 12 bits.
 const CODES: f64 = 65_536.0;
@@ -58,7 +58,11 @@ impl Scope {
         let points = self.state.samples;
         let offset = channel.offset;
         let text = format!(
-            "+1,+{HIGH_RESOLUTION},+{points},+1,{increment_s:+.12E},{origin_s:+.12E},+0,{y_increment:+.12E},{offset:+.6E},+{MIDDLE}"
+            "+1,+{HIGH_RESOLUTION},+{points},+1,{},{},+0,{},{},+{MIDDLE}",
+            nr3(increment_s, 12),
+            nr3(origin_s, 12),
+            nr3(y_increment, 12),
+            nr3(offset, 6)
         );
         self.port.respond(text.as_bytes());
         Ok(())

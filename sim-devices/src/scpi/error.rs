@@ -7,6 +7,7 @@ pub(crate) type Error = (i32, &'static str);
 pub(crate) mod code {
     use super::Error;
 
+    pub(crate) const SYNTAX: Error = (-102, "Syntax error");
     pub(crate) const PARAMETER_NOT_ALLOWED: Error = (-108, "Parameter not allowed");
     pub(crate) const MISSING_PARAMETER: Error = (-109, "Missing parameter");
     pub(crate) const UNDEFINED_HEADER: Error = (-113, "Undefined header");
@@ -17,5 +18,6 @@ pub(crate) mod code {
     pub(crate) const ILLEGAL_PARAMETER: Error = (-224, "Illegal parameter value");
     pub(crate) const STALE: Error = (-230, "Data corrupt or stale");
     pub(crate) const QUEUE_OVERFLOW: Error = (-350, "Queue overflow");
+    pub(crate) const INPUT_OVERRUN: Error = (-363, "Input buffer overrun");
     pub(crate) const INTERRUPTED: Error = (-410, "Query INTERRUPTED");
 }

@@ -81,3 +81,40 @@ fn the_error_queue_ends_with_its_overflow_and_cls_empties_it() {
     assert_eq!(read(), "-350,\"Queue overflow\"\n");
     assert_eq!(read(), "+0,\"No error\"\n");
 }
+
+#[test]
+fn a_channel_list_is_one_parameter() {
+    let (_, units) = units("VOLT 24 , (@1,2:3)\nMEAS? (@1)\n");
+    assert_eq!(units[0].parameters, ["24", "(@1,2:3)"]);
+    assert_eq!(units[1].parameters, ["(@1)"]);
+}
+
+#[test]
+fn a_message_that_is_too_long_is_thrown_away_whole_and_the_next_one_is_heard() {
+    let long = "X".repeat(LONGEST_MESSAGE + 100);
+    let (port, units) = units(&format!("ABOR\n{long}\n*CLS\n"));
+    let headers: Vec<&str> = units.iter().map(|unit| unit.header.as_str()).collect();
+    assert_eq!(headers, ["ABOR", "*CLS"]);
+    assert_eq!(port.errors, [code::INPUT_OVERRUN]);
+}
+
+#[test]
+fn the_status_byte_sums_up_errors_events_and_masks() {
+    let mut port = Port::new("a,b,c,d");
+    let ask = |port: &mut Port, message: &str| {
+        port.receive(format!("{message}\n").as_bytes());
+        while let Some(unit) = port.next_unit(Duration::ZERO) {
+            if !port.common(&unit, false) {
+                port.raise(code::UNDEFINED_HEADER);
+            }
+        }
+        said(port)
+    };
+    assert_eq!(ask(&mut port, "*CLS;*ESE 32;*SRE 36;*STB?"), "+0\n");
+    assert_eq!(ask(&mut port, "NONSENSE"), "");
+    // Error queue 4, event summary 32, master summary 64.
+    assert_eq!(ask(&mut port, "*STB?"), "+100\n");
+    assert_eq!(ask(&mut port, "*ESR?;*ESR?;*ESE?;*SRE?"), "+32;+0;+32;+36\n");
+    assert_eq!(ask(&mut port, "SYST:ERR?"), "-113,\"Undefined header\"\n");
+    assert_eq!(ask(&mut port, "*STB?;*TST?;*WAI;SYST:VERS?"), "+0;+0;1999.0\n");
+}

@@ -56,6 +56,8 @@ pub struct InstrumentsSettings {
     pub mirror_reference_noise_rad: f64,
     /// From the analog output that is looped back to its input, settling and conversion included.
     pub echo_delay_s: f64,
+    /// Resistance that each output of the DC supply feeds.
+    pub dc_supply_load_ohm: f64,
 }
 
 impl Default for InstrumentsSettings {
@@ -87,6 +89,7 @@ impl Default for InstrumentsSettings {
             mirror_reference_scale_error_ratio: 0.002,
             mirror_reference_noise_rad: 0.2e-6,
             echo_delay_s: 20e-6,
+            dc_supply_load_ohm: 24.0,
         }
     }
 }
@@ -316,5 +319,14 @@ pub(super) const INSTRUMENTS: &[Setting<Field<UnitSettings>>] = &[
         doc: "Delay from the looped-back analog output to its input, including settling and conversion.",
         source: "ours: settling 10 us, conversion 10 us",
         field: |unit| &mut unit.instruments.echo_delay_s,
+    },
+    Setting {
+        key: "instruments.dc-supply-load",
+        quantity: "resistance",
+        range_si: [0.1, 1e6],
+        default: "24 ohm",
+        doc: "Resistance that each output of the DC supply feeds.",
+        source: "ours: 24 W at 24 V",
+        field: |unit| &mut unit.instruments.dc_supply_load_ohm,
     },
 ];

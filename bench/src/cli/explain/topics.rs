@@ -11,7 +11,7 @@ use procedures::table::Field;
 use super::examples::{Examples, keys};
 use crate::cli::output;
 use crate::files::shipped::{self, Folder};
-use crate::files::{answers, import_map, profile, rig, unit, waivers};
+use crate::files::{answers, import_map, profile, reader, rig, unit, waivers};
 use crate::plan::is_campaign;
 
 /// A page by its name.
@@ -47,6 +47,7 @@ const TOPICS: &[Topic] = &[
     Topic { name: "requirements-file", doc: "keys of a requirements file", text: requirements_file },
     Topic { name: "rig-file", doc: "keys of a rig", text: rig_keys },
     Topic { name: "profile-file", doc: "keys of a drive profile", text: profile_file },
+    Topic { name: "reader-file", doc: "keys of a reader profile", text: reader_file },
     Topic { name: "unit-file", doc: "keys of a simulated unit", text: unit_file },
     Topic { name: "import-file", doc: "keys of a map for `bench import`", text: import_file },
     Topic { name: "answers-file", doc: "keys of answers to prompts", text: answers_file },
@@ -185,6 +186,10 @@ fn profile_file() -> String {
     file_keys("Keys of a drive profile", profile::FIELDS, &Examples::of_folder(Folder::Profiles, |_| true))
 }
 
+fn reader_file() -> String {
+    file_keys("Keys of a reader profile", reader::FIELDS, &Examples::of_folder(Folder::Readers, |_| true))
+}
+
 fn unit_file() -> String {
     file_keys("Keys of a simulated unit", unit::fields(), &Examples::of_folder(Folder::Units, |_| true))
 }
@@ -223,10 +228,12 @@ pub(super) fn rig_file(name: &str) -> Option<String> {
     Some(format!("rig {}\n\n{}", found.source().name, found.text.trim()))
 }
 
-/// A shipped drive profile: its file.
+/// A shipped profile of drives or readers: its file.
 pub(super) fn profile(name: &str) -> Option<String> {
-    let found = shipped::all(Folder::Profiles).find(|e| e.stem() == name)?;
-    Some(format!("drive profile {}\n\n{}", found.source().name, found.text.trim()))
+    let folders = [Folder::Profiles, Folder::Readers];
+    let mut all = folders.into_iter().flat_map(|folder| shipped::all(folder).map(move |e| (folder, e)));
+    let (folder, found) = all.find(|(_, e)| e.stem() == name)?;
+    Some(format!("{} {}\n\n{}", folder.noun(), found.source().name, found.text.trim()))
 }
 
 #[cfg(test)]

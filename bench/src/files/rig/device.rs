@@ -2,10 +2,15 @@
 
 use std::collections::BTreeMap;
 use std::ops::Range;
+use std::sync::Arc;
 
+use drivers::reader::{Measured, ReaderProfile};
 use drivers::wire::lines::LineAddress;
+use procedures::device::DeviceRole;
+use procedures::diagnostic::Diagnostic;
 use procedures::table::{Field, Shape, TableReader, suggestion};
 
+use crate::files::reader;
 use crate::model::address::Address;
 use crate::model::device::{DeviceEntry, Setting};
 use crate::rig::devices::{DRIVERS, driver};
@@ -29,13 +34,26 @@ pub const DEVICE_FIELDS: &[Field] = &[
 ];
 
 /// A device, and where its table stands.
-pub(super) struct Placed {
-    pub(super) entry: DeviceEntry,
+struct Placed {
+    entry: DeviceEntry,
     place: Range<usize>,
 }
 
-/// Reads one `[[device]]`.
-pub(super) fn read(t: &mut TableReader<'_>) -> Option<Placed> {
+/// Reads every `[[device]]`; `None` if any is wrong, or two of them clash. What is wrong in profiles of readers goes to
+/// `of_profiles`.
+pub(super) fn read_all(
+    t: &mut TableReader<'_>,
+    of_profiles: &mut Vec<Diagnostic>,
+) -> Option<Vec<DeviceEntry>> {
+    let before = t.mistakes();
+    let placed = if t.has("device") { t.tables("device", |t| read(t, of_profiles))? } else { Vec::new() };
+    clashes(t, &placed);
+    let devices = placed.into_iter().map(|placed| placed.entry).collect();
+    (t.mistakes() == before).then_some(devices)
+}
+
+/// Reads one `[[device]]`. What is wrong in the profile of a reader, which is a file of its own, goes to `of_profiles`.
+fn read(t: &mut TableReader<'_>, of_profiles: &mut Vec<Diagnostic>) -> Option<Placed> {
     let name = t.text("name");
     let driver_name = t.text("driver");
     let Some(driver) = driver_name.as_deref().and_then(driver) else {
@@ -50,7 +68,12 @@ pub(super) fn read(t: &mut TableReader<'_>) -> Option<Placed> {
     let before = t.mistakes();
     let ports = read_ports(t, driver);
     let settings = driver.fields.iter().filter_map(|field| Some((field.key, setting(t, field)?))).collect();
-    let entry = DeviceEntry { name: name?, driver: driver.name, role: driver.role, ports, settings };
+    let profile = match driver.has_profile {
+        true => Some(profile(t, of_profiles)?),
+        false => None,
+    };
+    let role = driver.role.or_else(|| profile.as_deref().map(role_of));
+    let entry = DeviceEntry { name: name?, driver: driver.name, role, ports, settings, profile };
     // What a driver checks it may rely on, as a device may.
     if t.mistakes() > before {
         return None;
@@ -59,6 +82,25 @@ pub(super) fn read(t: &mut TableReader<'_>) -> Option<Placed> {
         t.mistake(key, message, help);
     }
     (t.mistakes() == before).then(|| Placed { entry, place: t.place() })
+}
+
+/// The profile that a reader names.
+fn profile(t: &mut TableReader<'_>, of_profiles: &mut Vec<Diagnostic>) -> Option<Arc<ReaderProfile>> {
+    match reader::load(&t.text("profile")?, Some(&t.source().name)) {
+        Ok(profile) => Some(profile),
+        Err(mistakes) => {
+            of_profiles.extend(mistakes);
+            None
+        }
+    }
+}
+
+/// What a reader is to procedures, by what it measures.
+fn role_of(profile: &ReaderProfile) -> DeviceRole {
+    match profile.scale(Measured::Force) {
+        Some(_) => DeviceRole::ForceGauge,
+        None => DeviceRole::AngleReference,
+    }
 }
 
 fn setting(t: &mut TableReader<'_>, field: &Field) -> Option<Setting> {
@@ -124,7 +166,7 @@ fn check_sort(address: Address, sort: PortSort) -> Result<Address, String> {
 }
 
 /// What is wrong among the devices of a rig: names, roles, lines and channels that two of them have.
-pub(super) fn clashes(t: &mut TableReader<'_>, devices: &[Placed]) {
+fn clashes(t: &mut TableReader<'_>, devices: &[Placed]) {
     check_lines(t, devices);
     for (index, Placed { entry, place }) in devices.iter().enumerate() {
         for Placed { entry: earlier, .. } in &devices[..index] {
@@ -135,6 +177,13 @@ pub(super) fn clashes(t: &mut TableReader<'_>, devices: &[Placed]) {
                 let message =
                     format!("`{}` and `{}` have the same role: {}", earlier.name, entry.name, role.noun());
                 let help = "a rig has at most one device per role: remove one".to_owned();
+                t.mistake_at(place.clone(), message, Some(help));
+            } else if entry.role.is_none() && earlier.driver == entry.driver {
+                let message = format!(
+                    "`{}` and `{}` have the same driver, and would share a topic of the log: `{}`",
+                    earlier.name, entry.name, entry.driver
+                );
+                let help = "a rig has at most one device of this driver: remove one".to_owned();
                 t.mistake_at(place.clone(), message, Some(help));
             }
         }

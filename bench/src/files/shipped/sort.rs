@@ -26,6 +26,8 @@ pub enum Sort {
     Import,
     /// A type of drive.
     Profile,
+    /// A type of instrument that sends its readings as text.
+    Reader,
 }
 
 /// Keys by which a sort is known: the first row of which one stands in the file counts.
@@ -36,6 +38,7 @@ const KEYS: &[(Sort, &[&str])] = &[
     (Sort::Waivers, &["waiver"]),
     (Sort::Import, &["time-column", "channel"]),
     (Sort::Profile, &["process-data", "torque-scale"]),
+    (Sort::Reader, &["pattern", "terminator"]),
     (Sort::Rig, &["tier", "loop-rate", "device", "parameters"]),
     (Sort::Campaign, &["procedure", "must-measure", "requirements"]),
     (Sort::Procedure, &["sweep", "gate", "valid-if"]),
@@ -62,6 +65,7 @@ impl Sort {
             Folder::Units | Folder::States => self == Self::Unit,
             Folder::Parameters => false,
             Folder::Profiles => self == Self::Profile,
+            Folder::Readers => self == Self::Reader,
         }
     }
 
@@ -76,6 +80,7 @@ impl Sort {
             Self::Answers => ("answers to questions", "give them with `run --answers FILE`"),
             Self::Waivers => ("waivers", "give them with `report --waivers FILE`"),
             Self::Profile => ("a drive profile", "name it in a rig file: `profile = \"FILE\"`"),
+            Self::Reader => ("a reader profile", "name it in a rig file: `profile = \"FILE\"` of a device"),
             Self::Import => ("a map for an import", "give it to `bench import FILE`"),
         }
     }
@@ -104,9 +109,14 @@ mod tests {
 
     #[test]
     fn every_shipped_file_is_of_the_sort_that_its_folder_is_for() {
-        for folder in
-            [Folder::Procedures, Folder::Requirements, Folder::Rigs, Folder::Units, Folder::Profiles]
-        {
+        for folder in [
+            Folder::Procedures,
+            Folder::Requirements,
+            Folder::Rigs,
+            Folder::Units,
+            Folder::Profiles,
+            Folder::Readers,
+        ] {
             for file in all(folder) {
                 let sort = Sort::of(&file.source());
                 let is_own = sort.is_some_and(|sort| sort.fits(folder));

@@ -18,6 +18,7 @@ pub(super) const DRIVER: Driver = Driver {
     certified_as: Some("analyser"),
     rate_range_rad_per_s: None,
     ports: &[PortField::line("SCPI line.")],
+    has_profile: false,
     fields: &[
         Field::default(
             "azimuth-relay",

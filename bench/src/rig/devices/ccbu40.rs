@@ -24,6 +24,7 @@ pub(super) const DRIVER: Driver = Driver {
     certified_as: None,
     rate_range_rad_per_s: None,
     ports: &[PortField::line("Serial line of the servo."), CARD],
+    has_profile: false,
     fields: &FIELDS,
     check,
     make: |entry, _| Made::InTheTick(Box::new(Mirror::<mirror::Mirror>::closed(entry, settings(entry)))),
@@ -52,6 +53,17 @@ impl Servo for mirror::Mirror {
     fn configure(&mut self, line: &mut dyn ByteLine, now: Duration) -> Result<Option<String>, DeviceError> {
         let identity = mirror::Mirror::configure(self, line, now)?;
         Ok(identity.map(|_| "CCBu40 servo, analog and serial channel".to_owned()))
+    }
+
+    fn configuration(settings: &MirrorSettings) -> String {
+        let MirrorSettings {
+            command, feedback, scale_rad_per_v: [scale, _], stroke_rad: [stroke, _], ..
+        } = settings;
+        let [scale, stroke] = [scale * 1e6, stroke * 1e3];
+        format!(
+            "commands {command:?}, readings {feedback:?}, {scale} urad/V, stroke {stroke} mrad; the servo has no query for \
+             its serial number"
+        )
     }
 
     fn command_path(&self) -> Path {

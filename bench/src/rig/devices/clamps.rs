@@ -21,6 +21,7 @@ pub(super) const DRIVER: Driver = Driver {
     certified_as: Some("supply"),
     rate_range_rad_per_s: None,
     ports: &[PortField::card("Analog card with both clamps.")],
+    has_profile: false,
     fields: &[
         Field::default(
             "clamp-range",

@@ -21,6 +21,7 @@ pub(super) const DRIVER: Driver = Driver {
     certified_as: Some("force"),
     rate_range_rad_per_s: None,
     ports: &[PortField::card("Analog card with the gauge.")],
+    has_profile: false,
     fields: &[
         Field::default(
             "range",

@@ -74,6 +74,7 @@ pub(super) const DRIVER: Driver = Driver {
     certified_as: None,
     rate_range_rad_per_s: None,
     ports: &[PortField::line("Line of the controller: serial, or TCP port 50000."), CARD],
+    has_profile: false,
     fields: &ALL,
     check,
     make: |entry, _| Made::InTheTick(Box::new(Mirror::<GcsMirror>::closed(entry, settings(entry)))),
@@ -122,6 +123,23 @@ impl Servo for GcsMirror {
 
     fn configure(&mut self, line: &mut dyn ByteLine, now: Duration) -> Result<Option<String>, DeviceError> {
         GcsMirror::configure(self, line, now)
+    }
+
+    fn configuration(settings: &GcsMirrorSettings) -> String {
+        let GcsMirrorSettings {
+            axes: [az, el],
+            command,
+            feedback,
+            scale_rad_per_v: [scale, _],
+            stroke_rad: [stroke, _],
+            position_unit_rad,
+            ..
+        } = settings;
+        let [scale, stroke, unit] = [scale * 1e6, stroke * 1e3, position_unit_rad * 1e6];
+        format!(
+            "axes {az} and {el}, commands {command:?}, readings {feedback:?}, {scale} urad/V, {unit} urad a unit of position, \
+             stroke {stroke} mrad"
+        )
     }
 
     fn command_path(&self) -> Path {

@@ -31,6 +31,7 @@ pub(super) const DRIVER: Driver = Driver {
     certified_as: None,
     rate_range_rad_per_s: Some(RANGE_RAD_PER_S),
     ports: &[PortField::line("Serial line, RS-422.")],
+    has_profile: false,
     fields: &[
         Field::default(
             "baud",
@@ -93,6 +94,7 @@ pub(super) struct Imu {
     cross_axis_ratio: f64,
     bias_rad_per_s: f64,
     means: Means,
+    messages_count: u64,
 }
 
 impl Imu {
@@ -109,6 +111,7 @@ impl Imu {
             cross_axis_ratio: entry.number("cross-axis-error"),
             bias_rad_per_s: entry.number("rate-bias"),
             means: Means::default(),
+            messages_count: 0,
         }
     }
 }
@@ -134,9 +137,26 @@ impl Device for Imu {
         self.unit.as_ref().map(|unit| format!("KVH 1775, serial {}", unit.identity().serial))
     }
 
+    fn configuration(&self) -> Option<String> {
+        let entries = self.unit.as_ref()?.identity().configuration.iter();
+        Some(entries.map(|(name, value)| format!("{name} {value}")).collect::<Vec<_>>().join(", "))
+    }
+
+    fn counts(&self) -> Vec<(&'static str, u64)> {
+        let Some(unit) = &self.unit else { return Vec::new() };
+        let tally = unit.tally();
+        vec![
+            ("messages", self.messages_count),
+            ("lost", unit.missed_count()),
+            ("bad_checksums", tally.bad_checksums_count),
+            ("skipped_bytes", tally.skipped_bytes_count),
+        ]
+    }
+
     fn poll(&mut self, ports: &mut Ports, now: Duration) -> Result<(), DeviceError> {
         let Some(unit) = &mut self.unit else { return Ok(()) };
         let messages_count = unit.poll(ports.line(self.line), now)?;
+        self.messages_count += u64::from(messages_count);
         if let (true, Some(sample)) = (messages_count > 0, unit.sample()) {
             self.means.take(&sample.rate_rad_per_s, &sample.acceleration_m_per_s2);
         }

@@ -111,6 +111,9 @@ pub(super) trait Servo: Sized {
     /// Goes on with the configuration; who the controller is, once that is done.
     fn configure(&mut self, line: &mut dyn ByteLine, now: Duration) -> Result<Option<String>, DeviceError>;
 
+    /// Its settings in words.
+    fn configuration(settings: &Self::Settings) -> String;
+
     /// The way that commands are sent.
     fn command_path(&self) -> Path;
 
@@ -184,6 +187,10 @@ impl<S: Servo> Device for Mirror<S> {
 
     fn identity(&self) -> Option<String> {
         self.identity.clone()
+    }
+
+    fn configuration(&self) -> Option<String> {
+        Some(S::configuration(&self.settings))
     }
 
     fn change(&mut self, settings: &PointSettings) -> Result<(), DeviceError> {

@@ -11,6 +11,7 @@ use procedures::quantity::QuantityKind as K;
 use procedures::table::{Field, Shape};
 
 use super::on_card::{CardChannels, OnCard};
+use super::reader;
 use crate::model::device::DeviceEntry;
 use crate::rig::device::Group;
 use crate::rig::driver::{Driver, Made, Misfit, PortField, no_channels, not_above_zero};
@@ -23,6 +24,7 @@ pub const DRIVER: Driver = Driver {
     certified_as: Some("reference"),
     rate_range_rad_per_s: None,
     ports: &[PortField::card("Analog card with both autocollimators.")],
+    has_profile: false,
     fields: &[
         Field::required(
             "scale",
@@ -67,10 +69,10 @@ pub const DRIVER: Driver = Driver {
     make: |entry, _| Made::InTheTick(Box::new(OnCard::closed(Reference::new(settings(entry)), entry))),
 };
 
-const FACES: [&str; 2] = ["azimuth-faces", "elevation-faces"];
+pub(super) const FACES: [&str; 2] = ["azimuth-faces", "elevation-faces"];
 const INPUTS: [&str; 2] = ["azimuth-input", "elevation-input"];
 /// Fewer faces are no polygon.
-const LEAST_FACES: usize = 3;
+pub(super) const LEAST_FACES: usize = 3;
 
 fn check(entry: &DeviceEntry) -> Vec<Misfit> {
     let mut all = not_above_zero(entry, &["scale", "range", "uncertainty"]);
@@ -85,21 +87,29 @@ fn check(entry: &DeviceEntry) -> Vec<Misfit> {
     all
 }
 
-/// What the polygons are to the first two axes of a rig.
-pub fn angle_references(entry: &DeviceEntry) -> [AngleReference; 2] {
+/// What the polygons are to the first two axes of a rig; `None` for an axis that nobody looks at.
+pub fn angle_references(entry: &DeviceEntry) -> [Option<AngleReference>; 2] {
+    if let Some(profile) = &entry.profile {
+        return reader::angle_references(entry, profile);
+    }
     FACES.map(|key| {
-        let off_rad = entry.numbers(key);
-        let part_rad = TAU / off_rad.len() as f64;
-        let places = off_rad.iter().enumerate().map(|(face, off_rad)| {
-            let angle_rad = part_rad * face as f64 + off_rad;
-            angle_rad - (angle_rad / TAU).round() * TAU
-        });
-        AngleReference {
-            faces_rad: places.collect(),
+        let faces_rad = places_rad(entry.numbers(key));
+        Some(AngleReference {
+            faces_rad,
             range_rad: entry.number("range"),
             u_rad: entry.number("uncertainty"),
-        }
+        })
     })
+}
+
+/// Angles of the faces of a polygon whose calibration gives so much for each off its nominal angle.
+pub(super) fn places_rad(off_rad: &[f64]) -> Vec<f64> {
+    let part_rad = TAU / off_rad.len() as f64;
+    let places = off_rad.iter().enumerate().map(|(face, off_rad)| {
+        let angle_rad = part_rad * face as f64 + off_rad;
+        angle_rad - (angle_rad / TAU).round() * TAU
+    });
+    places.collect()
 }
 
 /// Where the autocollimators hang on the analog card.

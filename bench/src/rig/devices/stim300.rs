@@ -33,6 +33,7 @@ pub(super) const DRIVER: Driver = Driver {
     certified_as: None,
     rate_range_rad_per_s: Some(RANGE_RAD_PER_S),
     ports: &[PortField::line("Serial line, RS-422.")],
+    has_profile: false,
     fields: &[
         Field::default(
             "baud",
@@ -112,6 +113,7 @@ pub(super) struct Imu {
     cross_axis_ratio: f64,
     bias_rad_per_s: f64,
     means: Means,
+    measurements_count: u64,
 }
 
 impl Imu {
@@ -127,6 +129,7 @@ impl Imu {
             cross_axis_ratio: entry.number("cross-axis-error"),
             bias_rad_per_s: entry.number("rate-bias"),
             means: Means::default(),
+            measurements_count: 0,
         }
     }
 }
@@ -153,9 +156,29 @@ impl Device for Imu {
         Some(format!("STIM300, part {}, serial {}", identity.part_number, identity.serial))
     }
 
+    fn configuration(&self) -> Option<String> {
+        let configuration = &self.unit.as_ref()?.identity().configuration;
+        Some(format!(
+            "firmware {}, sample rate {:?}, {:?}",
+            configuration.firmware, configuration.sample_rate, configuration.content
+        ))
+    }
+
+    fn counts(&self) -> Vec<(&'static str, u64)> {
+        let Some(unit) = &self.unit else { return Vec::new() };
+        let tally = unit.tally();
+        vec![
+            ("measurements", self.measurements_count),
+            ("lost", unit.missed_count()),
+            ("bad_checksums", tally.bad_checksums_count),
+            ("skipped_bytes", tally.skipped_bytes_count),
+        ]
+    }
+
     fn poll(&mut self, ports: &mut Ports, now: Duration) -> Result<(), DeviceError> {
         let Some(unit) = &mut self.unit else { return Ok(()) };
         let measurements_count = unit.poll(ports.line(self.line), now)?;
+        self.measurements_count += u64::from(measurements_count);
         if let (true, Some(sample)) = (measurements_count > 0, unit.sample()) {
             self.means.take(&sample.rate_rad_per_s, &sample.acceleration_m_per_s2);
         }

@@ -35,6 +35,7 @@ pub const COARSE: Driver = Driver {
     certified_as: None,
     rate_range_rad_per_s: None,
     ports: PORTS,
+    has_profile: false,
     fields: &fields("50 Hz"),
     check: |entry| not_above_zero(entry, &ABOVE_ZERO),
     make: |entry, loop_rate_hz| {
@@ -50,6 +51,7 @@ pub const FINE: Driver = Driver {
     certified_as: None,
     rate_range_rad_per_s: None,
     ports: PORTS,
+    has_profile: false,
     fields: &fields("200 Hz"),
     check: |entry| not_above_zero(entry, &ABOVE_ZERO),
     make: |entry, loop_rate_hz| Made::InTheTick(Box::new(Tracker::closed(entry, Source::Fine, loop_rate_hz))),
@@ -103,6 +105,8 @@ pub(super) struct Tracker {
     /// `None` before [`Device::open`].
     driver: Option<tracker::Tracker>,
     newest: tracker::Actuals,
+    /// Polls that found a newer frame.
+    frames_count: u64,
     /// Start of the loop.
     start: Duration,
     /// When its newest message was found; `None` before the first.
@@ -120,6 +124,7 @@ impl Tracker {
             socket: 0,
             driver: None,
             newest: tracker::Actuals::default(),
+            frames_count: 0,
             start: Duration::ZERO,
             heard_at: None,
             frame_s: 1.0 / entry.number(FRAME_RATE),
@@ -145,6 +150,23 @@ impl Device for Tracker {
         Ok(())
     }
 
+    /// A tracker is not asked anything: its datagrams say which camera they come from, and nothing else of it.
+    fn configuration(&self) -> Option<String> {
+        let TrackerSettings { source, ifov_rad, declared_delay, .. } = &self.settings;
+        let [x, y] = ifov_rad.map(|ifov_rad| ifov_rad * 1e6);
+        let ms = declared_delay.delay_s * 1e3;
+        Some(format!(
+            "datagrams of version {}, {source:?} camera, pixel {x:.4} x {y:.4} urad, message delay {ms} ms; a tracker is \
+             not asked who it is",
+            tracker::datagram::VERSION
+        ))
+    }
+
+    fn counts(&self) -> Vec<(&'static str, u64)> {
+        let tracker::Actuals { lost_frames, rejected, .. } = self.newest;
+        vec![("frames", self.frames_count), ("lost", lost_frames.into()), ("rejected", rejected.into())]
+    }
+
     fn start_of_ticks(&mut self, start: Duration) {
         self.start = start;
     }
@@ -152,6 +174,7 @@ impl Device for Tracker {
     fn poll(&mut self, ports: &mut Ports, now: Duration) -> Result<(), DeviceError> {
         if let Some(driver) = &mut self.driver {
             let (newest, is_new) = driver.poll(ports.socket(self.socket), now)?;
+            self.frames_count += u64::from(is_new);
             self.newest = newest;
             if is_new {
                 self.heard_at = Some(now);

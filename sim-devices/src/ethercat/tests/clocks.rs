@@ -259,3 +259,19 @@ fn op_ends_when_sync0_fails_and_comes_back_with_it() {
     bench.wait(MS * 2);
     assert_eq!(bench.asked(FIRST, 0x18), [8, 0]);
 }
+
+/// A second session sets the clock anew before it stops the pulses of the first.
+#[test]
+fn a_clock_that_is_moved_while_pulses_are_given_goes_on_giving_them() {
+    let mut bench = synchronised(10_000_000);
+    bench.ask(FIRST, 8);
+    bench.wait(MS * 20 + Duration::from_micros(100) - bench.now);
+    // By the moved clock the last pulse was 0.9 ms ago, before the one that was given 0.1 ms ago.
+    bench.write(FIRST, 0x0920, &10_800_000_u64.to_le_bytes());
+    let before = bench.line.toys[0].sampled.len();
+    bench.wait(MS * 25 + Duration::from_micros(500) - bench.now);
+    bench.write(FIRST, 0x1100, &[1, 2, 3, 4]);
+    bench.wait(Duration::from_millis(1));
+    let toy = &bench.line.toys[0];
+    assert!(toy.sampled.len() > before && toy.taken.len() == 1, "{:?}", toy.taken);
+}
