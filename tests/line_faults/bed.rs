@@ -14,7 +14,7 @@ use bench::people::underway::Underway;
 use bench::plan::{Wanted, plan};
 use bench::record::journal::{self, Entry};
 use bench::rig::wires::Wires;
-use bench::site::{Opened, Purpose, Site, VirtualSite};
+use bench::site::{Opened, OpenedPorts, Purpose, Site, VirtualSite};
 use controllers::DirectorGains;
 use drivers::device::DeviceError;
 use procedures::log::{Event, LogReader, Window};
@@ -41,6 +41,10 @@ impl Site for FaultyIn<'_> {
     fn open(&self, rig: &Rig, gains: &DirectorGains, purpose: &Purpose<'_>) -> Result<Opened, DeviceError> {
         let is_faulty = purpose.procedure == self.procedure;
         if is_faulty { &self.faulty } else { &self.sound }.open(rig, gains, purpose)
+    }
+
+    fn open_ports(&self, rig: &Rig, purpose: &Purpose<'_>) -> Result<OpenedPorts, DeviceError> {
+        self.sound.open_ports(rig, purpose)
     }
 }
 
