@@ -48,3 +48,4 @@ mod units;
 mod unreached;
 mod verdicts;
 mod wire;
+mod wired_campaign;

@@ -10,9 +10,10 @@ mod truth;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicU16;
+use std::time::Duration;
 
 use drivers::device::DeviceError;
-use drivers::wire::PacketSocket;
+use drivers::wire::{EthernetLink, PacketSocket};
 use procedures::log::LogError;
 
 use crate::clock::Clock;
@@ -23,7 +24,7 @@ use crate::site::interface::{self, Kernel};
 use crate::site::unit::Unit;
 use crate::site::{Contact, Purpose, Units, path_for};
 use control::Control;
-use lines::ServedLines;
+use lines::{NoInterface, ServedLines};
 use server::{Broken, Server};
 use truth::TruthLog;
 
@@ -40,6 +41,8 @@ pub struct Settings<'a> {
     pub pose_rad: BTreeMap<String, f64>,
     /// Interface of the far end; the other end of the rig's own pair of virtual interfaces if left out.
     pub interface: Option<String>,
+    /// Serial lines and sockets are served alone, without any interface.
+    pub are_lines_alone: bool,
     /// Control socket; one in the user's own folder if left out.
     pub control: Option<PathBuf>,
     /// Log of the ground truth; none is written if left out.
@@ -111,27 +114,36 @@ pub fn serve(
         }
         .into());
     }
-    let name = far_interface(settings)?;
-    let served = [vec![format!("interface {name}")], lock::far_ends(settings.rig)].concat();
+    let name = if settings.are_lines_alone { None } else { Some(far_interface(settings)?) };
+    let interface = name.iter().map(|name| format!("interface {name}")).collect();
+    let served = [interface, lock::far_ends(settings.rig)].concat();
     let _claim = lock::claim(&lock::system_folder(), &served, &Holder::verb("sim"))?;
     let path = match &settings.control {
         Some(path) => path.clone(),
-        None => path_for(&name).map_err(|source| SimError::Control { path: name.clone(), source })?,
+        None => control_of(name.as_deref().unwrap_or(&settings.rig.id))?,
     };
     let failed = |source| SimError::Control { path: path.display().to_string(), source };
     let control = Control::listen(&path).map_err(failed)?;
     let clock = Clock::real();
-    let link = PacketSocket::far_end(&name, Box::new(move || clock.now()))?;
+    let link: Box<dyn EthernetLink> = match &name {
+        Some(name) => Box::new(PacketSocket::far_end(name, Box::new(move || clock.now()))?),
+        None => Box::new(NoInterface(clock)),
+    };
     let units = Units { unit: settings.unit, built: &[] };
     let pose_rad = settings.pose_rad.clone();
     let purpose = Purpose { seed: settings.seed, procedure: "sim", pose_rad, ..Purpose::default() };
     let mut far_ends = units.far_ends(settings.rig, &purpose)?;
+    if name.is_none() {
+        far_ends.world.trigger_every(Duration::from_secs_f64(1.0 / settings.rig.loop_rate_hz));
+    }
     let lines = ServedLines::open(std::mem::take(&mut far_ends.lines))?;
     let axes: Vec<String> = far_ends.world.truth().into_iter().map(|axis| axis.name).collect();
     let open = |path: &PathBuf| TruthLog::create(path, settings.rig, &axes, settings.seed);
     let truth = settings.log.as_ref().map(open).transpose()?;
-    for (device, own) in (1..).zip(far_ends.line.names()) {
-        say(&format!("ethercat:{}/{device}  {own}", reached_by(&name)));
+    if let Some(name) = &name {
+        for (device, own) in (1..).zip(far_ends.line.names()) {
+            say(&format!("ethercat:{}/{device}  {own}", reached_by(name)));
+        }
     }
     for (address, device) in lines.names() {
         say(&format!("{address}  {device}"));
@@ -144,7 +156,7 @@ pub fn serve(
     }
     let server = Server::new(link, far_ends, lines, truth);
     let broken = |why| match why {
-        Broken::Interface(source) => SimError::Interface { name: name.clone(), source },
+        Broken::Interface(source) => SimError::Interface { name: name.clone().unwrap_or_default(), source },
         Broken::Line(error) => SimError::Device(error),
     };
     let (report, truth) = server.serve(&control, stop).map_err(broken)?;
@@ -157,12 +169,23 @@ pub fn serve(
 /// # Errors
 /// When the rig has no interface, or the user's folder cannot be had.
 pub fn control_path(rig: &Rig, interface: Option<&str>) -> Result<PathBuf, SimError> {
-    let settings =
-        |name: &str| path_for(name).map_err(|source| SimError::Control { path: name.to_owned(), source });
     match interface {
-        Some(name) => settings(name),
-        None => settings(&peer_of(rig)?),
+        Some(name) => control_of(name),
+        None => control_of(&peer_of(rig)?),
     }
+}
+
+/// The control socket of whoever serves the lines of a rig alone.
+///
+/// # Errors
+/// When the user's folder cannot be had.
+pub fn control_path_of_lines(rig: &Rig) -> Result<PathBuf, SimError> {
+    control_of(&rig.id)
+}
+
+/// The control socket that is named after an interface or a rig.
+fn control_of(name: &str) -> Result<PathBuf, SimError> {
+    path_for(name).map_err(|source| SimError::Control { path: name.to_owned(), source })
 }
 
 /// The interface under which a MainDevice reaches this one.
@@ -192,8 +215,8 @@ fn far_interface(settings: &Settings<'_>) -> Result<String, DeviceError> {
 /// The far end of the rig's own pair of virtual interfaces.
 fn peer_of(rig: &Rig) -> Result<String, DeviceError> {
     let Some(own) = rig.interface() else {
-        let reason = "its drives have no network interface, so nothing can be served; choose a rig of tier `wired`, or \
-                      name the interface with `--interface`";
+        let reason = "its drives have no network interface, so nothing can be served; choose a rig of tier `wired`, \
+                      name the interface with `--interface`, or serve its serial lines and sockets alone with `--lines`";
         return Err(DeviceError::Bus { device: format!("rig `{}`", rig.id), reason: reason.to_owned() });
     };
     Kernel::default().interface(own)?.peer.ok_or_else(|| {

@@ -19,12 +19,14 @@ mod dc_link;
 mod frames;
 mod station;
 mod sync0;
+mod terminal;
 mod wired;
 
 pub(crate) use dc_link::DcLink;
 use frames::LostFrames;
 pub(crate) use station::Station;
 use sync0::Sync0;
+use terminal::Terminal;
 
 const NAME: &str = "simulated bus";
 /// What each station adds to the working counter of a read-write frame: 1 for reading, 2 for writing.
@@ -44,8 +46,11 @@ pub(crate) trait Plant {
     /// The world has been brought to `now`, with no exchange yet.
     fn reach(&mut self, _now: Duration) {}
 
-    /// An exchange passes at `now`.
+    /// An exchange in this process passes at `now`.
     fn pulse(&mut self, _now: Duration) {}
+
+    /// The trigger input of the inertial unit gets a pulse at `now`: from SYNC0, or from a frame on a wire.
+    fn trigger(&mut self, _now: Duration) {}
 
     /// The mains are gone.
     fn lose_mains(&mut self);
@@ -80,6 +85,8 @@ pub(crate) struct VirtualBus<P: Plant> {
     lost_frames: LostFrames,
     /// Pulses that the drives follow; without them a drive samples and acts when the frame passes.
     sync0: Option<Sync0>,
+    /// Behind the drives; `None` where the analog card is no terminal.
+    terminal: Option<Terminal>,
     /// Faults to come.
     schedule: FaultSchedule,
     /// The emergency stop chain is open.
@@ -105,6 +112,7 @@ impl<P: Plant> VirtualBus<P> {
             op_requested: false,
             lost_frames: LostFrames::new(settings.dropped_cycles_ratio, address),
             sync0: None,
+            terminal: None,
             schedule: FaultSchedule::default(),
             emergency_stop: false,
         }
@@ -131,7 +139,9 @@ impl<P: Plant> VirtualBus<P> {
     fn integrate_to(&mut self, now: Duration) {
         while let Some(pulse) = self.sync0.as_mut().and_then(|sync0| sync0.next_by(now)) {
             self.step_to(pulse);
+            self.plant.trigger(pulse);
             self.give_sync0();
+            self.pulse_terminal();
         }
         self.step_to(now);
     }
@@ -210,12 +220,15 @@ impl<P: Plant> VirtualBus<P> {
             return Err(failure(format!("process image of {found:?} bytes, expected {needed:?}")));
         }
         self.advance_to(now);
-        self.plant.pulse(now);
+        if self.sync0.is_none() {
+            self.plant.pulse(now);
+        }
         let expected = self.stations.as_ref().iter().map(|_| COUNT_PER_STATION).sum();
         let mut working_counter = 0;
         if self.lost_frames.takes_next(self.now) {
             return Ok(Exchange { working_counter, expected });
         }
+        self.pass_terminal();
         if let Some(stations_count) = self.pass_between_pulses(image) {
             self.op_requested = false;
             return Ok(Exchange { working_counter: stations_count * COUNT_PER_STATION, expected });

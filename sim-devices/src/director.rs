@@ -165,6 +165,10 @@ impl Plant for Director {
         self.payload.pulse(now);
     }
 
+    fn trigger(&mut self, now: Duration) {
+        self.payload.trigger(now);
+    }
+
     fn lose_mains(&mut self) {
         self.dc_link.lose_mains();
     }

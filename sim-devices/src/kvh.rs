@@ -33,18 +33,29 @@ const STARTING: u8 = 0x70;
 /// Size of what stands in the gyro fields before the gyros are valid, rad/s (a real capture: 2 rad/s).
 const GARBAGE_RAD_PER_S: f64 = 2.0;
 
+/// A pulse on the MSYNC input that made a message.
+#[derive(Clone, Copy, Debug)]
+struct Pulse {
+    tick: u64,
+    /// Instant of pulse 0 by the grid that the pulses had then.
+    phase_s: f64,
+    motion: Motion,
+}
+
 /// The unit.
 #[derive(Clone, Debug)]
 pub struct Kvh {
     sensors: InertialSensors,
     garbage: Noise,
     pulse_s: f64,
+    /// Instant of pulse 0, as the last pulse has it.
+    phase_s: f64,
     startup_s: f64,
     configuration: Configuration,
     interpreter: Interpreter,
     transmitter: Transmitter,
-    /// Tick and motion of the last message.
-    before: Option<(u64, Motion)>,
+    /// Pulse of the last message.
+    before: Option<Pulse>,
     /// Instants of the own data rate that have passed.
     data_count: u64,
     sequence: u8,
@@ -62,6 +73,7 @@ impl Kvh {
             sensors: InertialSensors::new(imu, address, pulse_s),
             garbage: Noise::new(address, "imu.garbage", GARBAGE_RAD_PER_S),
             pulse_s,
+            phase_s: 0.0,
             startup_s: imu.startup_s,
             configuration: Configuration::factory(imu),
             interpreter: Interpreter::default(),
@@ -82,17 +94,23 @@ impl Kvh {
         self
     }
 
+    /// From the next pulse on, pulse 0 of this grid was at an instant other than 0 of the world.
+    pub(crate) fn set_phase(&mut self, phase_s: f64) {
+        self.phase_s = phase_s;
+    }
+
     /// The MSYNC pulse number `tick`; pulses may be missing.
     pub fn pulse(&mut self, tick: u64, motion: &Motion) {
-        let now_s = tick as f64 * self.pulse_s;
+        let now_s = tick as f64 * self.pulse_s + self.phase_s;
         if !self.is_due(now_s) {
             return;
         }
-        let before = self.before.replace((tick, *motion));
+        let before = self.before.replace(Pulse { tick, phase_s: self.phase_s, motion: *motion });
         let (averaging_s, mean) = match before {
-            Some((earlier, before)) if earlier < tick => {
-                let averaging_s = (tick - earlier) as f64 * self.pulse_s;
-                (averaging_s, motion.mean_since(&before, averaging_s))
+            Some(before) if before.tick < tick => {
+                let averaging_s =
+                    (tick - before.tick) as f64 * self.pulse_s + (self.phase_s - before.phase_s);
+                (averaging_s, motion.mean_since(&before.motion, averaging_s))
             }
             _ => (self.period_s(), *motion),
         };

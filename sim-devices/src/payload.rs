@@ -41,6 +41,8 @@ pub(crate) struct Payload {
     age_steps: usize,
     age_rest: f64,
     pulse_rate_hz: f64,
+    /// Number and instant of the last pulse on the trigger input of the inertial unit.
+    last_trigger: Option<(u64, Duration)>,
     step_rate_hz: f64,
     /// The step at whose end a shutter is due.
     look_step: u64,
@@ -71,6 +73,7 @@ impl Payload {
             age_steps,
             age_rest: age - age_steps as f64,
             pulse_rate_hz,
+            last_trigger: None,
             step_rate_hz: unit.step_rate_hz,
         }
     }
@@ -101,9 +104,26 @@ impl Payload {
         self.look_step = look_step(&self.scene, self.step_rate_hz);
     }
 
-    /// The synchronisation pulse of an exchange at `now`.
+    /// The synchronisation pulse of an exchange in this process at `now`, which is a multiple of the period.
     pub(crate) fn pulse(&mut self, now: Duration) {
         let tick = (now.as_secs_f64() * self.pulse_rate_hz).round_ties_even() as u64;
+        self.give_pulse(tick);
+    }
+
+    /// A pulse on the trigger cable of the inertial unit. The clock of a bus begins at any instant and has a rate of its own, so
+    /// that pulses are counted from one to the next.
+    pub(crate) fn trigger(&mut self, now: Duration) {
+        let periods = |time: Duration| (time.as_secs_f64() * self.pulse_rate_hz).round_ties_even() as u64;
+        let tick = match self.last_trigger {
+            Some((tick, last)) => tick + periods(now.saturating_sub(last)).max(1),
+            None => periods(now),
+        };
+        self.last_trigger = Some((tick, now));
+        self.imu.set_phase(now.as_secs_f64() - tick as f64 / self.pulse_rate_hz);
+        self.give_pulse(tick);
+    }
+
+    fn give_pulse(&mut self, tick: u64) {
         let Self { motions, age_steps, age_rest, .. } = self;
         self.imu.pulse(tick, || aged(motions, *age_steps, *age_rest));
     }

@@ -18,7 +18,7 @@ use drivers::reader::ReaderProfile;
 use drivers::wire::{AnalogPort, ByteLine, DatagramPort, DigitalPort, Fieldbus};
 use handles::{
     AnalogCard, AnalyserLine, BusHandle, DigitalCard, ImuLine, MirrorLine, ReaderLine, ScopeLine, SupplyLine,
-    TrackerHandle,
+    TerminalCard, TrackerHandle,
 };
 
 pub use crate::cia402::DriveType;
@@ -110,6 +110,13 @@ impl SimulatedRig {
     /// Inputs 7 and 8 are current clamps on supply and shunt of the DC link.
     pub fn analog_card(&self) -> Box<dyn AnalogPort> {
         Box::new(AnalogCard(Rc::clone(&self.bus)))
+    }
+
+    /// The analog card as a terminal on the bus of the drives: voltages leave with the next exchange and came with the last one; if
+    /// the drives follow SYNC0, they act and are sampled at its pulses.
+    pub fn terminal_card(&self) -> Box<dyn AnalogPort> {
+        self.bus.borrow_mut().add_terminal();
+        Box::new(TerminalCard(Rc::clone(&self.bus)))
     }
 
     /// The line of the impedance analyser.

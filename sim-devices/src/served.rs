@@ -5,6 +5,7 @@
 //! simulation up.
 
 mod line;
+mod link;
 mod pace;
 mod port;
 

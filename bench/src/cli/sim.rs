@@ -26,6 +26,9 @@ pub(super) struct Args {
     /// Interface to serve; the other end of the rig's own pair of virtual interfaces if not given
     #[arg(long, value_name = "NAME")]
     interface: Option<String>,
+    /// Serve the serial lines and sockets of the rig alone, without its interface: needs no rights; a run needs the interface too
+    #[arg(long, conflicts_with = "interface")]
+    lines: bool,
     /// Control socket; one named after the interface in the user's own folder if not given
     #[arg(long, value_name = "PATH")]
     control: Option<PathBuf>,
@@ -75,6 +78,7 @@ fn serve(args: &Args) -> u8 {
         seed: args.seed,
         pose_rad: args.pose.iter().cloned().collect(),
         interface: args.interface.clone(),
+        are_lines_alone: args.lines,
         control: args.control.clone(),
         log: args.log.clone(),
     };
@@ -134,7 +138,10 @@ fn control_path(args: &Args) -> Result<PathBuf, u8> {
         return Ok(path.clone());
     }
     let (rig, _) = load(&args.rig, &args.unit)?;
-    let path = sim::control_path(&rig, args.interface.as_deref());
+    let path = match args.lines {
+        true => sim::control_path_of_lines(&rig),
+        false => sim::control_path(&rig, args.interface.as_deref()),
+    };
     path.map_err(|error| {
         output::error(&error.to_string());
         exit::BENCH

@@ -21,6 +21,15 @@ mod tests;
 /// come before those of its subfolders, each in the order of names.
 const EMBEDDED: &[Embedded] = include!(concat!(env!("OUT_DIR"), "/shipped.rs"));
 
+/// The shipped wired rig without its devices on lines: drives, and what hangs on the terminal beside them.
+#[cfg(test)]
+pub(crate) fn wired_without_lines() -> String {
+    let text = find(Folder::Rigs, "wired", None).expect("a shipped rig").text;
+    let has_line = |part: &&str| [" \"serial:", " \"tcp:", " \"udp:"].iter().any(|sort| part.contains(sort));
+    let parts: Vec<&str> = text.split("\n[[").filter(|part| !has_line(part)).collect();
+    parts.join("\n[[")
+}
+
 /// Where files of a sort live.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Folder {

@@ -18,8 +18,9 @@ use crate::people::signals;
 use crate::site::FarEnds;
 use crate::site::order::{Answer, Order};
 
-/// Longest wait for a frame: watchdogs must act, orders be taken and bytes be moved without any.
-const LONGEST_WAIT: Duration = Duration::from_micros(500);
+/// Longest wait for a frame: watchdogs must act, orders be taken and bytes be moved without any. A serial command and its reply are
+/// moved four times: at this wait they take less than a tick of 1 ms, as they do on a cable.
+const LONGEST_WAIT: Duration = Duration::from_micros(100);
 /// Answers that wait to be sent late.
 const MOST_ANSWERS: usize = 4096;
 

@@ -114,6 +114,9 @@ pub(crate) trait FarWorld {
     /// When it befalls what this world does not have.
     fn schedule(&self, at: Duration, fault: Fault) -> Result<(), DeviceError>;
 
+    /// No frame of a bus will come: what its pulses trigger, such as an inertial unit, is triggered once a cycle.
+    fn trigger_every(&self, cycle: Duration);
+
     /// Where the axes really are: name, angle, rate.
     fn truth(&self) -> Vec<AxisTruth>;
 
@@ -299,13 +302,13 @@ fn start_state(names: &[Option<String>; 2], purpose: &Purpose<'_>, heat_sink_deg
 }
 
 /// The wires of a rig that names terminals on a bus and lines of the operating system, rehearsed in this process: each terminal is
-/// the analog card, the one at the emergency stop the digital one, and each line that of the simulated device of its role.
+/// the analog card behind the drives, the one at the emergency stop the digital one, and each line that of the simulated device of its role.
 ///
 /// # Errors
 /// A device on a line that a simulated director lacks.
 fn with_addresses(mut wires: Wires, rig: &Rig, simulated: &SimulatedRig) -> Result<Wires, DeviceError> {
     for own in rig.stations_beside_drives().iter().filter(|own| own.is_card) {
-        wires.ports = wires.ports.with_card(&card_address(rig, own.station), simulated.analog_card());
+        wires.ports = wires.ports.with_card(&card_address(rig, own.station), simulated.terminal_card());
     }
     for FarLine { address, end, .. } in far_lines(rig, Some(simulated))? {
         let address = address.to_string();
@@ -365,6 +368,10 @@ impl FarWorld for AroundDirector {
         Ok(())
     }
 
+    fn trigger_every(&self, cycle: Duration) {
+        self.simulated.follow_sync0(cycle, Duration::ZERO);
+    }
+
     fn truth(&self) -> Vec<AxisTruth> {
         let AxesTruth { angle_rad, rate_rad_per_s } = self.simulated.truth_of_axes();
         let axis = |k: usize| AxisTruth {
@@ -383,6 +390,10 @@ impl FarWorld for AroundDirector {
 impl FarWorld for AroundTable {
     fn schedule(&self, at: Duration, fault: Fault) -> Result<(), DeviceError> {
         self.simulated.schedule(at, fault)
+    }
+
+    fn trigger_every(&self, cycle: Duration) {
+        self.simulated.follow_sync0(cycle, Duration::ZERO);
     }
 
     fn truth(&self) -> Vec<AxisTruth> {

@@ -297,11 +297,11 @@ mod tests {
 
     use super::*;
     use crate::files::rig::read_rig;
-    use crate::files::shipped::{self, Folder};
+    use crate::files::shipped;
 
-    /// The shipped wired rig after these replacements, each of the first place where the text stands.
+    /// Drives and terminal of the shipped wired rig after these replacements, each of the first place where the text stands.
     fn rig(edits: &[(&str, &str)]) -> Rig {
-        let mut text = shipped::find(Folder::Rigs, "wired", None).expect("a shipped rig").text;
+        let mut text = shipped::wired_without_lines();
         for (old, new) in edits {
             assert!(text.contains(old), "the rig file no longer says {old}");
             text = text.replacen(old, new, 1);

@@ -11,8 +11,13 @@ impl<P: Plant> VirtualBus<P> {
     /// A frame arrives: the world is brought to that instant. False if a fault takes the frame.
     pub(crate) fn frame_arrives(&mut self, now: Duration) -> bool {
         self.advance_to(now);
-        self.plant.pulse(now);
         !self.lost_frames.takes_next(now)
+    }
+
+    /// The inertial unit is triggered at an instant, which must not lie before the last one.
+    pub(crate) fn trigger(&mut self, now: Duration) {
+        self.advance_to(now);
+        self.plant.trigger(now);
     }
 
     /// A drive, first station 0.

@@ -89,6 +89,7 @@ impl<P: Plant> CanOpenLine for Line<P> {
         if frame.id() != SYNC {
             return self.for_each(|node, bus| node.receive(bus, now, frame));
         }
+        self.bus.borrow_mut().trigger(now);
         let arrives = self.bus.borrow_mut().frame_arrives(now);
         if arrives {
             self.for_each(|node, bus| node.sync(bus, now));

@@ -102,6 +102,9 @@ pub(crate) trait Application {
     /// Samples its inputs at an instant of the world.
     fn sample(&mut self, now: Duration, inputs: &mut [u8]);
 
+    /// The SYNC0 output of the SubDevice controller, to which the trigger cable of the inertial unit leads, gives a pulse.
+    fn trigger(&mut self, now: Duration);
+
     /// Takes outputs.
     fn take(&mut self, now: Duration, outputs: &[u8]);
 

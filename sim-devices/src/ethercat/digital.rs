@@ -70,6 +70,10 @@ impl<P: Plant> Application for WiredInputs<'_, P> {
         }
     }
 
+    fn trigger(&mut self, now: Duration) {
+        self.bus.trigger(now);
+    }
+
     fn take(&mut self, _now: Duration, _outputs: &[u8]) {}
 }
 

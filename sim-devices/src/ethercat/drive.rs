@@ -161,6 +161,10 @@ impl<P: Plant> Application for WiredDrive<'_, P> {
         self.bus.sample(self.k, now, inputs);
     }
 
+    fn trigger(&mut self, now: Duration) {
+        self.bus.trigger(now);
+    }
+
     fn take(&mut self, now: Duration, outputs: &[u8]) {
         self.bus.take(self.k, now, outputs);
     }

@@ -19,6 +19,9 @@ const MORE: u16 = 1 << 15;
 /// Bit of the source address that the first SubDevice sets, so that a MainDevice knows its own frames from answers.
 const LOCALLY_ADMINISTERED: u8 = 0x02;
 
+/// Commands with a logical address: read, write, both.
+const LOGICAL: std::ops::RangeInclusive<u8> = 10..=12;
+
 /// Why a frame is not processed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Rejection {
@@ -95,6 +98,13 @@ pub(crate) fn for_each_datagram(
         }
         rest = behind;
     }
+}
+
+/// Whether a frame carries process data: a datagram with a logical address.
+pub(crate) fn has_process_data(frame: &mut [u8]) -> bool {
+    let mut has_any = false;
+    let is_whole = for_each_datagram(frame, |datagram| has_any |= LOGICAL.contains(&datagram.command()));
+    is_whole.is_ok() && has_any
 }
 
 /// Marks a frame as one that has passed a SubDevice.

@@ -150,6 +150,18 @@ impl<P: Plant> Line<P> {
         }
     }
 
+    /// Gives the pulses of SYNC0 that are due. The trigger cable of the inertial unit leads to the first SubDevice on which SYNC0 is
+    /// active; false where there is none.
+    fn give_pulses(&mut self, now: Duration) -> bool {
+        let with_cable = self.places.iter().position(|place| place.device.follows_sync0());
+        let mut place = 0;
+        self.for_each(self.places.len(), |device, application| {
+            device.give_pulse(application, now, with_cable == Some(place));
+            place += 1;
+        });
+        with_cable.is_some()
+    }
+
     /// Does something with every SubDevice and its application.
     fn for_each(&mut self, present: usize, mut act: impl FnMut(&mut SubDevice, &mut dyn Application)) {
         let mut bus = self.bus.borrow_mut();
@@ -200,7 +212,10 @@ impl<P: Plant> Line<P> {
 impl<P: Plant> EtherCatLine for Line<P> {
     fn pass(&mut self, now: Duration, frame: &mut [u8]) -> Passage {
         let count = self.places.len();
-        self.for_each(count, |device, application| device.give_pulse(application, now));
+        let has_sync0 = self.give_pulses(now);
+        if !has_sync0 && frame::has_process_data(frame) {
+            self.bus.borrow_mut().trigger(now);
+        }
         let is_lost = !self.bus.borrow_mut().frame_arrives(now);
         let fate = self.faults.next();
         if is_lost || fate.is_dropped || self.present == 0 {
@@ -228,7 +243,7 @@ impl<P: Plant> EtherCatLine for Line<P> {
 
     fn advance(&mut self, now: Duration) {
         let count = self.places.len();
-        self.for_each(count, |device, application| device.give_pulse(application, now));
+        self.give_pulses(now);
         self.bus.borrow_mut().advance_to(now);
         self.for_each(count, |device, application| {
             device.advance(application, now);

@@ -87,13 +87,14 @@ impl SubDevice {
     }
 
     /// Whether the MainDevice has activated SYNC0, given or not.
-    fn follows_sync0(&self) -> bool {
+    pub(crate) fn follows_sync0(&self) -> bool {
         self.esc.u8(registers::SYNC_ACTIVATION) & 3 == 3
     }
 
     /// With SYNC0 the inputs are those of the last pulse up to `now`, and outputs act at the first one after they came. Called
-    /// while the world is no further than the last time that it was called.
-    pub(crate) fn give_pulse(&mut self, application: &mut dyn Application, now: Duration) {
+    /// while the world is no further than the last time that it was called. If the trigger cable of the inertial unit leads to
+    /// this SubDevice, the unit gets every pulse.
+    pub(crate) fn give_pulse(&mut self, application: &mut dyn Application, now: Duration, has_cable: bool) {
         let Some(pulse) = self.esc.last_sync0(now) else { return };
         // Pulses count from the start that the MainDevice set: one that opens the bus anew sets another.
         let last = self.last_pulse.filter(|last| last.start_ns == pulse.start_ns);
@@ -105,7 +106,21 @@ impl SubDevice {
         if std::mem::take(&mut self.outputs_wait) {
             self.deliver(application, first);
         }
+        if has_cable {
+            self.trigger(application, first, pulse.at);
+        }
         self.sample(application, pulse.at);
+    }
+
+    /// The pulses from the first to the last one.
+    fn trigger(&self, application: &mut dyn Application, first: Duration, last: Duration) {
+        let cycle = self.esc.clock.sync0_cycle();
+        let mut at = first;
+        while !cycle.is_zero() && at + cycle / 2 < last {
+            application.trigger(at);
+            at += cycle;
+        }
+        application.trigger(last);
     }
 
     /// The first pulse after one and up to another one; the clock may have been moved between them.

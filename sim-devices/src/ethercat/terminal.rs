@@ -81,6 +81,10 @@ impl<P: Plant> Application for WiredTerminal<'_, P> {
         }
     }
 
+    fn trigger(&mut self, now: Duration) {
+        self.bus.trigger(now);
+    }
+
     fn take(&mut self, now: Duration, outputs: &[u8]) {
         self.bus.advance_to(now);
         for (channel, bytes) in outputs.chunks_exact(2).enumerate() {

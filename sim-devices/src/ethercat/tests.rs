@@ -15,4 +15,5 @@ mod registers;
 mod states;
 mod sync_managers;
 pub(crate) mod toy;
+mod trigger;
 mod watchdogs;

@@ -77,6 +77,13 @@ impl Imu {
         self.delay_s
     }
 
+    /// From the next pulse on, pulse 0 was at an instant other than 0 of the world. A unit with a clock of its own has no pulses.
+    pub(super) fn set_phase(&mut self, phase_s: f64) {
+        if let Make::Kvh1775(unit) = &mut self.make {
+            unit.set_phase(phase_s);
+        }
+    }
+
     /// The synchronisation pulse of an exchange, number `tick`.
     pub(super) fn pulse(&mut self, tick: u64, motion: impl FnOnce() -> Motion) {
         if let Make::Kvh1775(unit) = &mut self.make {

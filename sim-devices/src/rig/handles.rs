@@ -54,6 +54,9 @@ pub(super) struct ReaderLine {
 /// Analog card: what hangs on its channels stands in [`crate::analog_card`].
 pub(super) struct AnalogCard(pub(super) Shared);
 
+/// The analog card as a terminal on the bus of the drives: its voltages go with the frames.
+pub(super) struct TerminalCard(pub(super) Shared);
+
 /// Digital inputs: input 0 is on while the emergency stop chain is closed.
 pub(super) struct DigitalCard<P: Plant>(pub(super) Rc<RefCell<VirtualBus<P>>>);
 
@@ -166,6 +169,21 @@ impl AnalogPort for AnalogCard {
         let mut rig = self.0.borrow_mut();
         rig.advance_to(now);
         rig.plant.read_v(now, channel).ok_or_else(|| no_channel("input", channel, FORCE_INPUT))
+    }
+}
+
+impl AnalogPort for TerminalCard {
+    fn name(&self) -> &str {
+        "analog terminal"
+    }
+
+    fn write_v(&mut self, _now: Duration, channel: usize, volts: f64) -> Result<(), DeviceError> {
+        let is_there = self.0.borrow_mut().write_terminal_v(channel, volts);
+        if is_there { Ok(()) } else { Err(no_channel("output", channel, ECHO_OUTPUT)) }
+    }
+
+    fn read_v(&mut self, _now: Duration, channel: usize) -> Result<f64, DeviceError> {
+        self.0.borrow().terminal_v(channel).ok_or_else(|| no_channel("input", channel, FORCE_INPUT))
     }
 }
 

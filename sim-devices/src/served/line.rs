@@ -1,10 +1,9 @@
 //! Byte lines: ptys and TCP ports.
 
-use std::fs;
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, TcpListener, TcpStream};
 use std::os::fd::OwnedFd;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
 
 use drivers::device::DeviceError;
@@ -13,10 +12,9 @@ use rustix::io::{Errno, retry_on_intr};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 
+use super::link::Link;
 use super::pace::Paced;
 
-/// Folder of the ptys of a computer.
-const PTYS: &str = "/dev/pts";
 /// Bytes that are moved at once.
 const PIECE_BYTES: usize = 4096;
 
@@ -37,8 +35,8 @@ pub struct LineCounts {
 pub struct LinePump {
     far: Far,
     address: String,
-    /// Link to the pty, which is removed when this is dropped.
-    link: Option<PathBuf>,
+    /// Link to the pty, which goes when this is dropped.
+    link: Option<Link>,
     to_host: Paced,
     to_device: Paced,
     counts: LineCounts,
@@ -79,25 +77,16 @@ impl LinePump {
     }
 
     /// Serves a serial line on a new pty that can be reached at a path of one's choice. A link to a pty that was left there is
-    /// replaced.
+    /// replaced, unless the simulator that made it still serves it: that one holds a lock on the file beside it, `.lock`.
     ///
     /// # Errors
-    /// As [`LinePump::pty`]; when something else is there, such as the link by which a serial adapter is found, or no link can be
-    /// made.
+    /// As [`LinePump::pty`]; when another simulator serves the path; when something else is there, such as the link by which a
+    /// serial adapter is found, or no link can be made.
     pub fn pty_at(path: &Path, baud: u32) -> io::Result<Self> {
         let mut pump = Self::pty(baud)?;
-        match fs::symlink_metadata(path) {
-            Ok(_) if !fs::read_link(path).is_ok_and(|to| to.starts_with(PTYS)) => {
-                let why = format!("{} exists and is no link to a pty; choose another path", path.display());
-                return Err(io::Error::new(ErrorKind::AlreadyExists, why));
-            }
-            Ok(_) => fs::remove_file(path)?,
-            Err(_) => {}
-        }
         let Far::Pty(far) = &pump.far else { return Ok(pump) };
         let own = ptsname(far, Vec::new())?;
-        std::os::unix::fs::symlink(own.to_string_lossy().as_ref(), path)?;
-        pump.link = Some(path.to_owned());
+        pump.link = Some(Link::make(path, Path::new(own.to_string_lossy().as_ref()))?);
         pump.address = format!("serial:{}?baud={baud}", path.display());
         Ok(pump)
     }
@@ -210,14 +199,6 @@ impl LinePump {
         let lost_count = if matches!(self.far, Far::Pty(_)) { due_count - taken_count } else { 0 };
         self.counts.lost += lost_count as u64;
         self.to_host.advance(taken_count + lost_count);
-    }
-}
-
-impl Drop for LinePump {
-    fn drop(&mut self) {
-        if let Some(link) = &self.link {
-            let _ = fs::remove_file(link);
-        }
     }
 }
 

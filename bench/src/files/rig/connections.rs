@@ -229,7 +229,7 @@ mod tests {
 
     /// What is said of the shipped wired rig after these replacements, each of the first place where the text stands.
     fn said(edits: &[(&str, &str)]) -> String {
-        let mut text = shipped::find(Folder::Rigs, "wired", None).expect("a shipped rig").text;
+        let mut text = shipped::wired_without_lines();
         for (old, new) in edits {
             assert!(text.contains(old), "the rig file no longer says {old}");
             text = text.replacen(old, new, 1);
@@ -249,7 +249,7 @@ mod tests {
 
     #[test]
     fn aliases_keep_their_order_when_a_rig_is_rehearsed() {
-        let text = shipped::find(Folder::Rigs, "wired", None).expect("a shipped rig").text;
+        let text = shipped::wired_without_lines();
         let text = text.replace("ecm/1\"", "ecm/2002\"").replace("ecm/2\"", "ecm/1001\"");
         let rig = read_rig(SourceFile::new("rig.toml", text)).expect("it parses");
         let rehearsed = rig.rehearsed_on(Tier::Paced, &simulated());
@@ -280,7 +280,7 @@ mod tests {
 
     /// With these lines at the end of the file.
     fn said_with(lines: &str) -> String {
-        let text = shipped::find(Folder::Rigs, "wired", None).expect("a shipped rig").text + lines;
+        let text = shipped::wired_without_lines() + lines;
         told(&read_rig(SourceFile::new("rig.toml", text)).err().unwrap_or_default())
     }
 
@@ -307,7 +307,7 @@ mod tests {
 
     #[test]
     fn one_station_written_in_two_ways_is_one_station() {
-        let text = shipped::find(Folder::Rigs, "wired", None).expect("a shipped rig").text;
+        let text = shipped::wired_without_lines();
         let text = text.replacen("ethercat:ecm/3", "ethercat:ecm/03", 1);
         let rig = read_rig(SourceFile::new("rig.toml", text)).expect("it parses");
         let beside = rig.stations_beside_drives();
@@ -345,7 +345,7 @@ mod tests {
             + &instrument("analyser", "e4990a", "tcp:192.168.1.20:5025")
             + &tracker("udp:[::1]:6000?bind=[::1]:06001");
         assert_eq!(said_with(&lines), "");
-        let text = shipped::find(Folder::Rigs, "wired", None).expect("a shipped rig").text + &lines;
+        let text = shipped::wired_without_lines() + &lines;
         let rig = read_rig(SourceFile::new("rig.toml", text)).expect("it parses");
         let ports = |rig: &crate::model::rig::Rig| {
             let all = rig.devices.iter().flat_map(|entry| entry.ports.values().cloned());

@@ -5,14 +5,14 @@ use sim_devices::served::LinePump;
 
 use super::*;
 use crate::files::rig::read_rig;
-use crate::files::shipped::{self, Folder};
+use crate::files::shipped;
 
-/// The shipped wired rig with an oscilloscope at this address.
+/// Drives and terminal of the shipped wired rig with an oscilloscope at this address.
 fn with_scope(address: &str) -> Rig {
     let scope = format!(
         "\n[[device]]\nname = \"scope\"\ndriver = \"infiniivision\"\nports = {{ line = \"{address}\" }}\n"
     );
-    let text = shipped::find(Folder::Rigs, "wired", None).expect("a shipped rig").text + &scope;
+    let text = shipped::wired_without_lines() + &scope;
     read_rig(SourceFile::new("rig.toml", text)).expect("it parses")
 }
 
@@ -51,7 +51,7 @@ fn a_line_that_is_in_use_is_told_with_a_remedy() {
 
 #[test]
 fn a_rig_without_lines_starts_nothing() {
-    let rig = shipped::find(Folder::Rigs, "wired", None).and_then(read_rig).expect("the shipped rig");
+    let rig = read_rig(SourceFile::new("rig.toml", shipped::wired_without_lines())).expect("it parses");
     let (_, grounds) = open(&rig, Ports::default(), &Clock::real()).expect("nothing is missing");
     assert_eq!(grounds, []);
 }

@@ -96,6 +96,8 @@ impl Application for Toy {
         }
     }
 
+    fn trigger(&mut self, _now: Duration) {}
+
     fn take(&mut self, now: Duration, outputs: &[u8]) {
         self.taken.push((now, outputs.to_vec()));
     }
@@ -114,7 +116,7 @@ pub(super) struct ToyLine {
 impl EtherCatLine for ToyLine {
     fn pass(&mut self, now: Duration, frame: &mut [u8]) -> Passage {
         for (device, toy) in self.devices.iter_mut().zip(&mut self.toys) {
-            device.give_pulse(toy, now);
+            device.give_pulse(toy, now, false);
             device.advance(toy, now);
         }
         for device in &mut self.devices {
@@ -130,7 +132,7 @@ impl EtherCatLine for ToyLine {
 
     fn advance(&mut self, now: Duration) {
         for (device, toy) in self.devices.iter_mut().zip(&mut self.toys) {
-            device.give_pulse(toy, now);
+            device.give_pulse(toy, now, false);
             device.advance(toy, now);
             device.serve(toy, now);
         }

@@ -320,7 +320,8 @@ pub(super) fn probe(case: &Case, window: &Window, limits: &AxisLimits) -> Result
     let estimate = Estimate { value: found.delay_s, u: u_s, dof: f64::INFINITY, n: steps.len() };
     let flags = vec![
         format!("time constant {:.1} us at the motor", us(found.time_constant_s)),
-        "from the tick that computes the command on: exchange included".to_owned(),
+        "from the synchronisation signal on: exchange included, unless the signal takes the same one"
+            .to_owned(),
     ];
     let mut out = measurement(OUT, case, level_v, estimate, flags);
     out.evidence = evidence(window, TOPIC, &["time_s", "current_a", "sync_v"]);
