@@ -103,17 +103,7 @@ pub fn serve(
     stop: &AtomicU16,
     say: &mut dyn FnMut(&str),
 ) -> Result<Report, SimError> {
-    if settings.rig.can.is_some() {
-        return Err(DeviceError::Field {
-            device: format!("rig `{}`", settings.rig.id),
-            field: "bus",
-            expected: "drives on EtherCAT".to_owned(),
-            found: "drives on a CAN bus, whose nodes this simulator does not serve to another process"
-                .to_owned(),
-            help: "rehearse the rig in process with `bench run --tier virtual`",
-        }
-        .into());
-    }
+    refuse_can(settings.rig)?;
     let name = if settings.are_lines_alone { None } else { Some(far_interface(settings)?) };
     let interface = name.iter().map(|name| format!("interface {name}")).collect();
     let served = [interface, lock::far_ends(settings.rig)].concat();
@@ -140,14 +130,12 @@ pub fn serve(
     let axes: Vec<String> = far_ends.world.truth().into_iter().map(|axis| axis.name).collect();
     let open = |path: &PathBuf| TruthLog::create(path, settings.rig, &axes, settings.seed);
     let truth = settings.log.as_ref().map(open).transpose()?;
-    if let Some(name) = &name {
-        for (device, own) in (1..).zip(far_ends.line.names()) {
+    for (device, own) in (1..).zip(far_ends.line.names()) {
+        if let Some(name) = &name {
             say(&format!("ethercat:{}/{device}  {own}", reached_by(name)));
         }
     }
-    for (address, device) in lines.names() {
-        say(&format!("{address}  {device}"));
-    }
+    lines.names().for_each(|(address, device)| say(&format!("{address}  {device}")));
     say(&format!("control  {}", path.display()));
     let rights = Rights::ask();
     let given_up = privileges::give_up();
@@ -162,6 +150,19 @@ pub fn serve(
     let (report, truth) = server.serve(&control, stop).map_err(broken)?;
     let lost_rows = truth.map_or(Ok(0), TruthLog::finish)?;
     Ok(Report { lost_rows, ..report })
+}
+
+fn refuse_can(rig: &Rig) -> Result<(), DeviceError> {
+    if rig.can.is_none() {
+        return Ok(());
+    }
+    Err(DeviceError::Field {
+        device: format!("rig `{}`", rig.id),
+        field: "bus",
+        expected: "drives on EtherCAT".to_owned(),
+        found: "drives on a CAN bus, whose nodes this simulator does not serve to another process".to_owned(),
+        help: "rehearse the rig in process with `bench run --tier virtual`",
+    })
 }
 
 /// The control socket of whoever serves a rig.
