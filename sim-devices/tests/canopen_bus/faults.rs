@@ -6,7 +6,7 @@ use super::bench::{Bench, TICK, in_process, reading, settings};
 use drivers::cia402::{PowerState, PowerTarget};
 use drivers::wire::can::CanErrorFrame;
 use drivers::wire::canopen::{CanOpenBus, CanOpenSettings};
-use drivers::wire::{BusState, Exchange, Fieldbus, SdoAbort, SdoRequest, SdoWire};
+use drivers::wire::{BusState, Exchange, Fieldbus, SdoAbort, SdoRequest};
 use sim_devices::canopen::NodeFault;
 use sim_devices::rig::Fault;
 
