@@ -132,3 +132,23 @@ fn a_stim300_takes_the_place_of_the_kvh_and_shows_its_own_noise() {
     assert!(walks.len() >= 3 && walks.iter().all(|n| (n / expected - 1.0).abs() < 0.2), "{walks:?}");
     assert_eq!(verdict(&run, "GYR-ARW"), "fail");
 }
+
+/// A loop at 1 kHz gets two measurements a tick: with one of them alone standstill would not be found for minutes.
+#[test]
+fn the_signs_are_proven_in_the_planned_time_with_a_stim300_on_a_slow_loop() {
+    let folder = folder();
+    let text = rig_with_stim300().replace("loop-rate = \"4 kHz\"", "loop-rate = \"1 kHz\"");
+    let text = text.replace("max-missed-periods = 20", "max-missed-periods = 5");
+    assert!(
+        text.contains("1 kHz") && text.contains("max-missed-periods = 5"),
+        "the shipped rig has other keys"
+    );
+    write(folder.path(), "rig.toml", &text);
+    let arguments = ["run", "wired/polarity", "--rig", "./rig.toml", "--out", "run", "--non-interactive"];
+    let said = run_in(folder.path(), &arguments);
+    let record = std::fs::read_to_string(folder.path().join("run/results.json")).expect("a run with results");
+    let results: serde_json::Value = serde_json::from_str(&record).expect("results are JSON");
+    let procedures = results["findings"]["procedures"].as_array().expect("procedures");
+    let completed = procedures.iter().all(|own| own["status"] == "completed");
+    assert!(completed, "{}\n{}", said.out, said.err);
+}

@@ -70,7 +70,7 @@ fn sort_of(file: &Value) -> &'static str {
         ("kind", "procedure"),
         ("requirement", "requirements"),
         ("procedure", "campaign"),
-        ("device", "rig"),
+        ("tier", "rig"),
         ("process-data", "profile"),
         ("pattern", "reader"),
     ];

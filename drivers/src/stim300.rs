@@ -127,6 +127,9 @@ pub struct Stim300 {
     /// Whether a special datagram has come since the newest measurement.
     special_came: bool,
     freshness: Freshness,
+    /// Valid rates of the poll that brought the newest measurement, and how many they are.
+    rate_sums_rad_per_s: [f64; 3],
+    rates_count: u32,
     missed_count: u64,
     replaced_count: u64,
     special: Option<Special>,
@@ -170,6 +173,8 @@ impl Stim300 {
             replaceable_count: 0,
             special_came: false,
             freshness: Freshness::default(),
+            rate_sums_rad_per_s: [0.0; 3],
+            rates_count: 0,
             missed_count: 0,
             replaced_count: 0,
             special: None,
@@ -185,6 +190,8 @@ impl Stim300 {
     /// When the line is gone, or when the unit has another configuration than it was opened with.
     pub fn poll(&mut self, line: &mut dyn ByteLine, now: Duration) -> Result<u32, DeviceError> {
         let mut measurements_count = 0;
+        let before = (self.rate_sums_rad_per_s, self.rates_count);
+        (self.rate_sums_rad_per_s, self.rates_count) = ([0.0; 3], 0);
         let read = read_waiting(line, now, |bytes| {
             measurements_count += self.take(bytes)?;
             Ok(())
@@ -192,6 +199,9 @@ impl Stim300 {
         if measurements_count > 0 {
             let sent_at = self.arrival.began(now, self.byte_s);
             self.last.sampled_at = sent_at.saturating_sub(Duration::from_secs_f64(self.last.latency_s));
+        }
+        if measurements_count == 0 {
+            (self.rate_sums_rad_per_s, self.rates_count) = before;
         }
         // A line that is gone brings nothing: what came before it ages.
         self.freshness.polled(now, measurements_count);
@@ -209,6 +219,7 @@ impl Stim300 {
                     self.check_content(measurement.content)?;
                     self.arrival.frame_found(measurement.content.bytes(), self.parser.waiting_bytes());
                     self.accept(&measurement);
+                    self.sum_rates();
                     measurements_count += 1;
                 }
                 Found::Special(special) => self.accept_special(&special)?,
@@ -333,6 +344,23 @@ impl Stim300 {
     /// When the line is gone.
     pub fn reset(&self, line: &mut dyn ByteLine, now: Duration) -> Result<(), DeviceError> {
         line.write(now, b"R\r")
+    }
+
+    fn sum_rates(&mut self) {
+        if self.last.valid[..3] == [true; 3] {
+            let sums = self.rate_sums_rad_per_s.iter_mut();
+            sums.zip(self.last.rate_rad_per_s).for_each(|(sum, rate)| *sum += rate);
+            self.rates_count += 1;
+        }
+    }
+
+    /// Mean rates of the valid measurements that came with the newest one, rad/s; those of the newest one if none is valid. Picking
+    /// one of several measurements of a tick would fold their noise.
+    pub fn mean_rates_rad_per_s(&self) -> [f64; 3] {
+        match self.rates_count {
+            0 => self.last.rate_rad_per_s,
+            count => self.rate_sums_rad_per_s.map(|sum| sum / f64::from(count)),
+        }
     }
 
     /// The newest measurement; `None` before the first.

@@ -43,6 +43,8 @@ pub struct Opening {
     configuration: Option<Configuration>,
     commands: Vec<String>,
     is_changed: bool,
+    /// A measurement has come since this step began: the unit is in Normal mode, whatever became of its words.
+    has_measured: bool,
     sent_at: Option<Duration>,
     tries_count: u32,
 }
@@ -65,6 +67,7 @@ impl Opening {
             configuration: None,
             commands: Vec::new(),
             is_changed: false,
+            has_measured: false,
             sent_at: None,
             tries_count: 0,
         })
@@ -80,8 +83,9 @@ impl Opening {
             self.parser.push(bytes);
             self.text.push(bytes);
             while let Some(found) = self.parser.next() {
-                if let Found::Special(special) = found {
-                    self.take_special(&special)?;
+                match found {
+                    Found::Special(special) => self.take_special(&special)?,
+                    Found::Measurement(_) => self.has_measured = true,
                 }
             }
             Ok(())
@@ -93,7 +97,7 @@ impl Opening {
                 Some(error) => return Err(self.refused_command(place, error)),
                 None => self.change(place + 1),
             },
-            Step::Leave if self.text.contains("SYSTEM RETURNING TO NORMAL MODE") => {
+            Step::Leave if self.has_measured || self.text.contains("SYSTEM RETURNING TO NORMAL MODE") => {
                 self.is_changed = true;
                 self.configuration = None;
                 self.go(Step::Ask);
@@ -189,6 +193,7 @@ impl Opening {
 
     fn go(&mut self, step: Step) {
         (self.step, self.sent_at, self.tries_count) = (step, None, 0);
+        self.has_measured = false;
         self.text.clear();
     }
 

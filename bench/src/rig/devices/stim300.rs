@@ -180,7 +180,7 @@ impl Device for Imu {
         let measurements_count = unit.poll(ports.line(self.line), now)?;
         self.measurements_count += u64::from(measurements_count);
         if let (true, Some(sample)) = (measurements_count > 0, unit.sample()) {
-            self.means.take(&sample.rate_rad_per_s, &sample.acceleration_m_per_s2);
+            self.means.take(&unit.mean_rates_rad_per_s(), &sample.acceleration_m_per_s2);
         }
         Ok(())
     }
@@ -225,7 +225,7 @@ impl Device for Imu {
     fn rate_sensor(&self) -> Option<RateSensor> {
         let unit = self.unit.as_ref()?;
         let newest = unit.sample().map(|sample| RateSample {
-            rate_rad_per_s: sample.rate_rad_per_s,
+            rate_rad_per_s: unit.mean_rates_rad_per_s(),
             is_valid: sample.valid[..3] == [true; 3],
             sequence: sample.sequence,
         });
