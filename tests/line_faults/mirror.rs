@@ -18,9 +18,8 @@ const FROM: Duration = Duration::from_millis(2500);
 const MIDDLE_RAD: f64 = 20e-6;
 
 fn excited(wires: FaultyWires) -> Ran {
-    let text = RESPONSE
-        .replace("axis = \"az\"\n", "axis = \"az\"\nmirror-axis = [\"az\"]\nchannel = [\"serial\"]\n")
-        .replace("periods = 8", "periods = 6");
+    let only = "axis = \"az\"\nmirror-axis = [\"az\"]\nchannel = [\"serial\"]\n";
+    let text = RESPONSE.replace("axis = \"az\"\n", only);
     ran("FSM-RESPONSE", &text, wires)
 }
 

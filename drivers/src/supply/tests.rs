@@ -145,6 +145,6 @@ fn silence_and_text_that_is_no_number_are_errors_and_the_next_reading_begins_ane
             Err(error) => break error.to_string(),
         }
     };
-    assert!(error.contains(":MEAS:VOLT? (@2): no whole answer within"), "{error}");
+    assert!(error.contains("answer: expected a whole one to :MEAS:VOLT? (@2), found none within"), "{error}");
     assert!(at < Duration::from_millis(2110), "{at:?}");
 }

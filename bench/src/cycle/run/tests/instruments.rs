@@ -68,7 +68,8 @@ fn an_excitation_that_never_changes_is_an_error_that_says_so() {
     let (outcome, window) = run_case(&wanted, &UnitSettings::default(), &[], 0);
     assert_eq!((outcome.status, outcome.safe.standstill), (PointStatus::Errored, true));
     let error = outcome.error.expect("a reason").to_string();
-    let expected = "scope: measurement: expected a whole one, found no trigger (the excitation did not change";
+    let expected =
+        "scope: measurement: expected a whole one, found no trigger (the excitation did not change";
     assert!(error.contains(expected), "{error}");
     assert!(window.rows("/scope").is_none_or(|rows| rows.time_s.is_empty()));
 }
