@@ -7,6 +7,8 @@ use std::path::PathBuf;
 use crate::bench::{folder, run_in, write};
 
 const RIG: &str = include_str!("../bench/rigs/wired.toml");
+/// Its oscilloscope.
+const SCOPE: &str = "tcp:127.0.0.1:47031";
 
 /// The locks of a resource in all folders in which the program may keep them, held by this process.
 fn held(resource: &str, holder: &str) -> Vec<(PathBuf, File)> {
@@ -27,14 +29,12 @@ fn an_instrument_that_another_process_has_is_refused_with_the_holder_and_taken_o
     let folder = folder();
     // Nobody listens at this port of this computer, and no interface has this name: nothing is opened.
     let port = 20_000 + std::process::id() % 10_000;
-    let scope = format!(
-        "\n[[device]]\nname = \"scope\"\ndriver = \"infiniivision\"\nports = {{ line = \"tcp:localhost:{port}\" }}\n"
-    );
+    let scope = format!("tcp:localhost:{port}");
     let interface = format!("lk{port}");
     write(
         folder.path(),
         "rig.toml",
-        &(RIG.replace("ethercat:ecm/", &format!("ethercat:{interface}/")) + &scope),
+        &RIG.replace("ethercat:ecm/", &format!("ethercat:{interface}/")).replace(SCOPE, &scope),
     );
     let holder = r#"{"verb":"sim","run":"","pid":1234,"utc":"2026-01-01T00:00:00Z"}"#;
     // The first address of the name is that of either version.

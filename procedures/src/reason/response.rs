@@ -22,7 +22,7 @@ pub enum ResponseReason {
     TooFewWindows,
     #[error("fewer than two windows are left: {}", listed(.excluded))]
     FewWindowsLeft { excluded: Vec<Exclusion> },
-    #[error("the log has no {from} or no {to}")]
+    #[error("no response from {from} to {to}: one of them is not in the log, or stands still")]
     NoChannels { from: String, to: String },
     #[error("no point of the elevation contains a response")]
     NoResponseAtElevation,
