@@ -94,7 +94,7 @@ fn a_chunk_that_breaks_off_gives_none_of_its_rows() {
     let (windows, damage) = windows(&bytes[..third + 40]);
     assert_eq!(windows[0].topics[0].time_s.len(), 500);
     insta::assert_snapshot!(damage.expect("the file breaks off"), @r"
-    a.mcap: damaged: cut off: expected 3167 more bytes, found 31 (record at byte 38261 of 38301)
+    a.mcap: damaged: cut off: expected 3167 more bytes, found 31 (record at byte 38649 of 38689)
     ");
 }
 
@@ -121,7 +121,7 @@ fn a_dropped_writer_leaves_a_lost_point() {
         (3, PointStatus::Lost, 1)
     );
     insta::assert_snapshot!(damage.expect("the point has no end"), @r"
-    a.mcap: damaged: ends inside point 3, without its point-ended event (record at byte 7496 of 7504)
+    a.mcap: damaged: ends inside point 3, without its point-ended event (record at byte 7884 of 7892)
     ");
 }
 
@@ -139,7 +139,7 @@ fn a_flipped_bit_in_a_chunk_loses_its_rows_and_says_where() {
     );
     assert_eq!(windows[1].topics[0].time_s.len(), 250);
     insta::assert_snapshot!(damage.expect("the checksum differs"), @r"
-    a.mcap: damaged: checksum of a chunk: expected 0837c861, found c9565f81 (record at byte 60876 of 85074)
+    a.mcap: damaged: checksum of a chunk: expected 0837c861, found c9565f81 (record at byte 61264 of 85462)
     ");
 }
 
@@ -176,7 +176,7 @@ fn events_out_of_order_end_the_reading() {
     let (windows, damage) = windows(&finished(log));
     assert_eq!(windows.iter().map(|w| (w.point, w.status)).collect::<Vec<_>>(), [(0, PointStatus::Lost)]);
     insta::assert_snapshot!(damage.expect("the events do not match"), @r"
-    a.mcap: damaged: event out of order inside point 0: PointEnded { point: 1, status: Completed } (record at byte 6169 of 7654)
+    a.mcap: damaged: event out of order inside point 0: PointEnded { point: 1, status: Completed } (record at byte 6557 of 8042)
     ");
 }
 
