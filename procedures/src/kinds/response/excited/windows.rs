@@ -148,17 +148,6 @@ fn channels(keys: &Excited) -> &'static [Channel] {
     }
 }
 
-/// What is read of these windows. An axis that its friction holds may show no rate at all by its encoder: nothing is said of the
-/// coupling then, and all else counts.
-fn read(keys: &Excited, record: &Record<'_>, kept: &[Candidate], length: usize) -> Vec<Channel> {
-    let moves = |window: &Candidate| {
-        let values = record.values(Channel::OtherRate, window.start..window.start + length);
-        values.is_none_or(|values| values.iter().any(|value| *value != values[0]))
-    };
-    let all_move = kept.iter().all(moves);
-    channels(keys).iter().copied().filter(|channel| *channel != Channel::OtherRate || all_move).collect()
-}
-
 /// Amplitudes of all usable windows of a point.
 pub(in crate::kinds) fn measure(
     keys: &Excited,
@@ -180,8 +169,7 @@ pub(in crate::kinds) fn measure(
     let rate = |c: &Candidate| mean(&record.rate[c.start..c.start + length]).abs();
     let (kept, slides) = sliding(kept, keys, &rate, &mut excluded);
     let rates: Vec<f64> = kept.iter().map(rate).collect();
-    let read = read(keys, record, &kept, length);
-    let mut groups = groups(&kept, record, course, limits, length, &read)?;
+    let mut groups = groups(&kept, record, course, limits, length, channels(keys))?;
     let forbidden = course.forbidden_hz(limits);
     let [from_hz, to_hz] = keys.band_hz.map(|hz| hz * (1.0 + 1e-9));
     let wanted = |hz: f64| {
