@@ -338,6 +338,7 @@ fn transfers(
     let there: Vec<(Channel, Vec<f64>)> = channels
         .iter()
         .filter_map(|&channel| Some((channel, record.values(channel, rows.clone())?)))
+        .filter(|(channel, samples)| *channel != Channel::OtherRate || moves(samples, windows))
         .collect();
     let names: Vec<String> = there.iter().map(|(channel, _)| format!("{channel:?}")).collect();
     let channels: Vec<periodic::Channel<'_>> =
@@ -351,6 +352,12 @@ fn transfers(
         other => other,
     }?;
     Ok(there.iter().map(|(channel, _)| *channel).zip(z).collect())
+}
+
+/// Whether a channel changes in every window. The encoder of an axis that its friction holds does not: that axis has no response.
+fn moves(samples: &[f64], windows: &Windows) -> bool {
+    let window = |start: &usize| samples.get(*start..*start + windows.length).unwrap_or_default();
+    windows.starts.iter().all(|start| window(start).windows(2).any(|pair| pair[0] != pair[1]))
 }
 
 /// Cogging at the angle where the axis is: the first two orders are fitted beside the lines, so that they do not leak
@@ -442,5 +449,20 @@ impl Measured {
         }
         let worst = all.iter().copied().max_by(|a, b| a.departure.total_cmp(&b.departure))?;
         Some((worst, all.len()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_axis_that_its_friction_holds_in_one_window_has_no_response() {
+        let mut samples: Vec<f64> = (0..12).map(f64::from).collect();
+        let windows = Windows { sample_rate_hz: 1.0, length: 4, starts: vec![0, 8] };
+        assert!(moves(&samples, &windows));
+        samples[8..].fill(3.0);
+        assert!(!moves(&samples, &windows), "it stands still in the second window");
+        assert!(moves(&samples, &Windows { starts: vec![0, 4], ..windows }), "no window is where it stands");
     }
 }
