@@ -13,9 +13,9 @@ fn held(resource: &str, holder: &str) -> Vec<(PathBuf, File)> {
     let folders = [PathBuf::from("/run/lock"), PathBuf::from("/var/lock"), std::env::temp_dir()];
     let held = folders.into_iter().filter_map(|folder| {
         let path = folder.join(format!("bench-{resource}.lock"));
-        let mut file = File::create(&path).ok()?;
         // Two of the folders may be one.
-        file.try_lock().ok()?;
+        let mut file = File::create_new(&path).ok()?;
+        file.try_lock().expect("nobody else knows the file");
         file.write_all(holder.as_bytes()).expect("a writable folder");
         Some((path, file))
     });

@@ -304,10 +304,7 @@ fn guard(
     if let Some(trip) = ticks.first_out(rig, Some(sequencer), recorder, ending.trip.as_ref()) {
         ticks.tell_trip(recorder, trip);
         ending.expected = ending.trip.is_none() && !stopping && holds_a_fence(sequencer, ticks, rig, &trip);
-        if ending.trip.is_none() {
-            ending.cause = ticks.cause(&trip, rig).map(|error| error.to_string());
-        }
-        ending.trip.get_or_insert(trip);
+        ending.take_trip(trip, || ticks.cause(&trip, rig));
         if OF_THE_BENCH.contains(&trip.interlock) {
             ending.fail(format_args!("the bench failed: {}", trip.interlock));
         }

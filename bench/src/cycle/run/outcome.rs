@@ -2,6 +2,7 @@
 
 use std::fmt::Display;
 
+use drivers::device::DeviceError;
 use procedures::log::PointStatus;
 
 use crate::cycle::interlock::Trip;
@@ -59,6 +60,13 @@ impl Ending {
     /// Whether the point is being stopped.
     pub(super) fn stops(&self) -> bool {
         self.trip.is_some() || self.error.is_some() || self.signal.is_some() || self.refused.is_some()
+    }
+
+    /// An interlock tripped: the first one counts, with what is wrong with the sensor that it missed.
+    pub(super) fn take_trip(&mut self, trip: Trip, cause: impl FnOnce() -> Option<DeviceError>) {
+        if self.trip.is_none() {
+            (self.trip, self.cause) = (Some(trip), cause().map(|error| error.to_string()));
+        }
     }
 
     /// Something failed that is no defect of the bench; what failed before it stays the reason.
