@@ -36,14 +36,14 @@ fn ends_with(ran: &Ran, start: &str, end: &str) -> f64 {
     told_s
 }
 
-/// From `after_s` after the error on, the mirror is in its middle.
+/// The mirror is in its middle from `after_s` after the error on.
 fn is_back(ran: &Ran, told_s: f64, after_s: f64) {
     let window =
         ran.windows.iter().find(|window| window.segments.iter().any(|s| (s.end_s - told_s).abs() < 1e-3));
     let rows = window.expect("the point that failed").rows("/fsm").expect("the mirror's rows");
     let tilts = rows.column("angle_az_rad").expect("a channel");
     let late = rows.time_s.iter().zip(tilts).filter(|(at_s, _)| **at_s > told_s + after_s);
-    let farthest = late.map(|(_, tilt_rad)| tilt_rad.abs()).reduce(f64::max).expect("rows after that");
+    let farthest = late.map(|(_, tilt_rad)| tilt_rad.abs()).reduce(f64::max).expect("rows after that time");
     assert!(farthest < MIDDLE_RAD, "{farthest} rad from the middle");
 }
 
@@ -52,7 +52,7 @@ fn a_mirror_that_is_silent_for_300_ms_ends_the_point_and_is_brought_to_its_middl
     let ran = excited(|rig| line(rig, Trouble::Silence(Duration::from_millis(300))));
     let start = "fsm at mirror line: reply: expected 1 bytes to ";
     let told_s = ends_with(&ran, start, "check power, cable and bit rate of the mirror unit");
-    // Silent for 100 ms more; the order to go there is given again when that is over.
+    // It is silent for 100 ms more, the order that it missed is given up 200 ms after it was sent, and the next one is taken.
     is_back(&ran, told_s, 0.5);
 }
 

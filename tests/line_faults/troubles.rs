@@ -139,12 +139,12 @@ impl ByteLine for Troubled {
 pub(super) enum PortTrouble {
     /// Nothing arrives for a time.
     Silence(Duration),
-    /// Every datagram has a wrong bit, or so many of them have.
-    Damage(Occurrence),
+    /// Every datagram has a wrong bit.
+    Damage,
     /// Every datagram is cut in half.
     Half,
-    /// The counter of the device jumps by so much.
-    CounterJump(u32),
+    /// The counter of the device jumps by so much, and the first datagram after that has a wrong bit.
+    CounterJumpAndDamage(u32),
 }
 
 struct TroubledPort {
@@ -178,11 +178,11 @@ fn plan(trouble: &PortTrouble) -> PortFaultPlan {
         PortTrouble::Silence(lasts) => {
             PortFaultPlan { silences: vec![PortSilence { first: 1, lasts }], ..PortFaultPlan::default() }
         }
-        PortTrouble::Damage(when) => of_all(FaultKind::Corrupt { byte: None }, when),
+        PortTrouble::Damage => of_all(FaultKind::Corrupt { byte: None }, all),
         PortTrouble::Half => of_all(FaultKind::Truncate { bytes: 16 }, all),
-        PortTrouble::CounterJump(by) => PortFaultPlan {
+        PortTrouble::CounterJumpAndDamage(by) => PortFaultPlan {
             jumps: vec![CounterJump { first: 1, by, add: drivers::tracker::advance_counter }],
-            ..PortFaultPlan::default()
+            ..of_all(FaultKind::Corrupt { byte: None }, Occurrence::At { first: 1, count: 1 })
         },
     }
 }
