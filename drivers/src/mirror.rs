@@ -6,6 +6,7 @@
 //! Index 0 is azimuth (X on the unit), 1 elevation (Y). Angles are mechanical tilts of the mirror, not of the line of
 //! sight.
 
+pub(crate) mod analog;
 pub mod protocol;
 #[cfg(test)]
 mod tests;
@@ -13,6 +14,7 @@ mod transaction;
 
 use std::time::Duration;
 
+use self::analog::{check_positive, within_stroke};
 use self::protocol::{Command, ORDER_LIMIT_V, ParameterSet};
 use self::transaction::{Reply, Transaction};
 use crate::device::{Channel, DeviceError, Width};
@@ -220,34 +222,20 @@ impl Mirror {
         now: Duration,
     ) -> Result<Actuals, DeviceError> {
         let command_v = [0, 1].map(|axis| self.volts(axis, command_rad[axis]));
-        let scale = self.settings.scale_rad_per_v;
+        let MirrorSettings { scale_rad_per_v: scale, command_outputs, feedback_inputs, .. } = self.settings;
         if self.settings.command == Path::Analog {
-            for (axis, &volts) in command_v.iter().enumerate() {
-                analog.write_v(now, self.settings.command_outputs[axis], volts)?;
-                self.actuals.command_rad[axis] = volts * scale[axis];
-            }
+            self.actuals.send_analog(analog, command_outputs, command_v, scale, now)?;
         }
         if self.settings.feedback == Path::Analog {
-            for (axis, scale) in scale.iter().enumerate() {
-                self.actuals.angle_rad[axis] =
-                    scale * analog.read_v(now, self.settings.feedback_inputs[axis])?;
-            }
-            self.fresh_feedback(now);
+            self.actuals.take_analog(analog, feedback_inputs, scale, now)?;
         }
         self.serial_turn(line, command_v, now)?;
         Ok(self.actuals)
     }
 
     fn volts(&self, axis: usize, command_rad: f64) -> f64 {
-        let stroke_rad = self.settings.stroke_rad[axis];
-        let command_rad = if command_rad.is_finite() { command_rad } else { 0.0 };
-        let volts = command_rad.clamp(-stroke_rad, stroke_rad) / self.settings.scale_rad_per_v[axis];
-        volts.clamp(-ORDER_LIMIT_V, ORDER_LIMIT_V)
-    }
-
-    fn fresh_feedback(&mut self, now: Duration) {
-        self.actuals.feedback_at = now;
-        self.actuals.feedback_counter = self.actuals.feedback_counter.wrapping_add(1);
+        let command_rad = within_stroke(command_rad, self.settings.stroke_rad[axis]);
+        (command_rad / self.settings.scale_rad_per_v[axis]).clamp(-ORDER_LIMIT_V, ORDER_LIMIT_V)
     }
 
     /// Takes a reply if it is complete, then sends the next command.
@@ -264,7 +252,7 @@ impl Mirror {
         let reply = reply.inspect_err(|_| self.forget_unit())?;
         if let Some(Reply::Feedback(axis, volts)) = reply {
             self.actuals.angle_rad[axis] = volts * self.settings.scale_rad_per_v[axis];
-            self.fresh_feedback(now);
+            self.actuals.is_fresh(now);
         }
         if self.transaction.is_idle()
             && let Some(command) = self.next_command(command_v)
@@ -321,13 +309,5 @@ fn check(settings: &MirrorSettings) -> Result<(), DeviceError> {
         ("stroke_rad of elevation", settings.stroke_rad[1]),
         ("reply_timeout_s", settings.reply_timeout_s),
     ];
-    match positive.iter().find(|(_, value)| !(value.is_finite() && *value > 0.0)) {
-        None => Ok(()),
-        Some(&(setting, value)) => Err(DeviceError::Setting {
-            device: settings.name.clone(),
-            setting,
-            value,
-            allowed: "it must be finite and not 0".to_owned(),
-        }),
-    }
+    check_positive(&settings.name, &positive)
 }

@@ -78,10 +78,9 @@ fn tell(rig: &Rig, session: &Opened) {
             Some(record) => told(record),
             None => format!("{}: driver `{}`, no identity of its own", entry.name, entry.driver),
         };
-        let ports: Vec<&str> = entry.ports.values().map(String::as_str).collect();
         let setup = configurations.iter().find(|(name, _)| *name == entry.name);
         let setup = setup.map_or(String::new(), |(_, text)| format!("\n  configuration: {text}"));
-        output::say(&format!("{text}\n  at: {}{setup}", ports.join(", ")));
+        output::say(&format!("{text}\n  at: {}{setup}", entry.addresses()));
     }
 }
 

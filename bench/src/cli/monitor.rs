@@ -16,10 +16,11 @@ use crate::cycle::run::STOP_CODE;
 use crate::exit;
 use crate::model::device::DeviceEntry;
 use crate::model::rig::{Rig, Tier};
-use crate::people::{lock, signals};
+use crate::people::lock::{self, Claim, Holder, LockError};
+use crate::people::signals;
 use crate::rig::devices;
 use crate::site::unit::Unit;
-use crate::site::{PacedSite, Site, WiredSite};
+use crate::site::{PacedSite, Site};
 
 mod page;
 mod watch;
@@ -74,9 +75,7 @@ fn monitor(args: &Args) -> Result<u8, u8> {
     // The others are left alone, so that a rig of which only this device is connected can be looked at.
     let rig = rig.with_only(&entry);
     let needs_bus = needs_bus(&rig, &entry);
-    let resources = resources(&rig, needs_bus);
-    let holder = lock::Holder::verb(&format!("monitor {}", args.device));
-    let held = lock::claim(&lock::system_folder(), &resources, &holder);
+    let held = claim(&rig, &args.device, needs_bus);
     let _held = held.map_err(|error| {
         output::error(&error.to_string());
         exit::REFUSED
@@ -119,13 +118,13 @@ fn needs_bus(rig: &Rig, entry: &DeviceEntry) -> bool {
     is_on_terminal || is_triggered
 }
 
-/// What must be held while somebody looks: the lines of the device, and the bus where it hangs on that.
-fn resources(rig: &Rig, needs_bus: bool) -> Vec<String> {
-    if !rig.tier.is_wired() {
-        return Vec::new();
+/// Claims what must be held while somebody looks: the lines of the device, and the bus where it hangs on that.
+fn claim(rig: &Rig, device: &str, needs_bus: bool) -> Result<Claim, LockError> {
+    let verb = format!("monitor {device}");
+    match needs_bus {
+        true => lock::claim_wires(rig, &verb),
+        false => lock::claim(&lock::system_folder(), &lock::lines(rig), &Holder::verb(&verb)),
     }
-    let bus = if needs_bus { lock::interfaces(rig) } else { Vec::new() };
-    [bus, lock::lines(rig)].concat()
 }
 
 fn open(rig: &Rig, unit: &Unit, needs_bus: bool) -> Result<Watched, DeviceError> {
@@ -142,8 +141,8 @@ fn open(rig: &Rig, unit: &Unit, needs_bus: bool) -> Result<Watched, DeviceError>
 /// Where the device is opened. Virtual time would pass at once, so a rig of the virtual tier is looked at as a paced one.
 fn site<'a>(rig: &Rig, unit: &'a Unit) -> Box<dyn Site + 'a> {
     match rig.tier {
-        Tier::Virtual | Tier::Paced => Box::new(PacedSite::new(unit, &[])),
-        Tier::Wired | Tier::Hardware => Box::new(WiredSite::default()),
+        Tier::Virtual => Box::new(PacedSite::new(unit, &[])),
+        _ => crate::site::site(rig, unit, &[]),
     }
 }
 

@@ -235,7 +235,7 @@ fn carry_out(args: &Args, prepared: &Prepared, stop: Arc<AtomicU16>, underway: U
 fn judge_program(tier: Tier) -> Option<PathBuf> {
     // This very program, also where its file was replaced since it began.
     const ITSELF: &str = "/proc/self/exe";
-    matches!(tier, Tier::Wired | Tier::Hardware).then(|| PathBuf::from(ITSELF))
+    tier.is_wired().then(|| PathBuf::from(ITSELF))
 }
 
 /// Folds, writes and prints what the run came to.

@@ -44,6 +44,11 @@ const READ: &str = "the reader of rig files leaves no key of the driver's out th
                     gives each the shape of its field";
 
 impl DeviceEntry {
+    /// Where it is reached, all its ports in one text.
+    pub fn addresses(&self) -> String {
+        self.ports.values().map(String::as_str).collect::<Vec<_>>().join(", ")
+    }
+
     /// Addresses of its ports that are serial ports, TCP connections or UDP ports.
     pub fn lines(&self) -> impl Iterator<Item = LineAddress> {
         self.ports.values().filter_map(|text| match Address::parse(text) {

@@ -32,7 +32,7 @@ mod reader;
 pub mod reference;
 mod scope;
 pub(crate) mod stim300;
-mod supply;
+pub(crate) mod supply;
 mod track_log;
 pub mod tracker;
 
@@ -126,6 +126,11 @@ pub struct Devices {
 /// Names of the devices of a rig that are polled in the tick, in the order of [`Devices`].
 pub fn names(rig: &Rig) -> Vec<String> {
     closed(rig).devices.iter().map(|device| device.name().to_owned()).collect()
+}
+
+/// How a device is heard that sends messages by itself and means something in a point.
+fn heard(device: &dyn Device, looked_at: LookedAt, now: Duration) -> Option<Hearing> {
+    device.hearing(now).filter(|_| device.is_looked_at(looked_at))
 }
 
 impl Devices {
@@ -231,9 +236,7 @@ impl Devices {
     /// Places of the devices that send messages by themselves and mean something in a point, and how each is heard at `now`.
     fn heard(&self, looked_at: LookedAt, now: Duration) -> impl Iterator<Item = (usize, Hearing)> {
         let devices = self.list.iter().enumerate();
-        devices.filter_map(move |(place, device)| {
-            device.hearing(now).filter(|_| device.is_looked_at(looked_at)).map(|hearing| (place, hearing))
-        })
+        devices.filter_map(move |(place, device)| Some((place, heard(&**device, looked_at, now)?)))
     }
 
     /// A point begins: what lines have lost until now is none of its losses.
@@ -253,7 +256,7 @@ impl Devices {
         mut tell: impl FnMut(usize, HearingNews),
     ) {
         for (place, (device, listener)) in self.list.iter().zip(&mut self.listeners).enumerate() {
-            let hearing = device.hearing(now).filter(|_| device.is_looked_at(looked_at));
+            let hearing = heard(&**device, looked_at, now);
             if let Some(news) = hearing.and_then(|hearing| listener.tick(&hearing)) {
                 tell(place, news);
             }

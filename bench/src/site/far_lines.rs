@@ -11,10 +11,7 @@ use sim_devices::stim300::Stim300Setup;
 
 use crate::model::device::DeviceEntry;
 use crate::model::rig::Rig;
-use crate::rig::devices::{gcs, stim300};
-
-/// Driver whose device has no role.
-const DC_SUPPLY: &str = "e36300";
+use crate::rig::devices::{gcs, stim300, supply};
 
 /// A line of a rig, and the simulated device behind it.
 pub(crate) struct FarLine {
@@ -88,7 +85,7 @@ pub(super) fn far_end(entry: &DeviceEntry, simulated: &SimulatedRig) -> Option<F
     if let Some(profile) = &entry.profile {
         return Some(FarEnd::Line(simulated.reader_line(Arc::clone(profile))));
     }
-    if entry.driver == DC_SUPPLY {
+    if entry.driver == supply::NAME {
         return Some(FarEnd::Line(simulated.supply_line()));
     }
     Some(match entry.role? {

@@ -13,6 +13,7 @@ use super::request::values;
 use super::{Gcs, GcsSettings, READ_BYTES, Reply, Request, error_meaning, is_complete};
 use crate::answer::FormatError;
 use crate::device::DeviceError;
+use crate::mirror::analog::{check_positive, within_stroke};
 use crate::mirror::{Actuals, Path};
 use crate::wire::{AnalogPort, ByteLine};
 
@@ -270,37 +271,21 @@ impl GcsMirror {
         command_rad: [f64; 2],
         now: Duration,
     ) -> Result<Actuals, DeviceError> {
-        let command_rad = [0, 1].map(|axis| self.limited(axis, command_rad[axis]));
-        let scale = self.settings.scale_rad_per_v;
+        let command_rad = [0, 1].map(|axis| within_stroke(command_rad[axis], self.settings.stroke_rad[axis]));
+        let GcsMirrorSettings { scale_rad_per_v: scale, command_outputs, feedback_inputs, .. } =
+            self.settings;
         if self.settings.command == Path::Analog {
-            for axis in 0..2 {
-                let volts = (command_rad[axis] / scale[axis]).clamp(-ANALOG_LIMIT_V, ANALOG_LIMIT_V);
-                analog.write_v(now, self.settings.command_outputs[axis], volts)?;
-                self.actuals.command_rad[axis] = volts * scale[axis];
-            }
+            let volts =
+                [0, 1].map(|axis| (command_rad[axis] / scale[axis]).clamp(-ANALOG_LIMIT_V, ANALOG_LIMIT_V));
+            self.actuals.send_analog(analog, command_outputs, volts, scale, now)?;
         }
         if self.settings.feedback == Path::Analog {
-            for (axis, scale) in scale.iter().enumerate() {
-                self.actuals.angle_rad[axis] =
-                    scale * analog.read_v(now, self.settings.feedback_inputs[axis])?;
-            }
-            self.fresh_feedback(now);
+            self.actuals.take_analog(analog, feedback_inputs, scale, now)?;
         }
         if !self.is_changing {
             self.line_turn(line, command_rad, now)?;
         }
         Ok(self.actuals)
-    }
-
-    fn limited(&self, axis: usize, command_rad: f64) -> f64 {
-        let stroke_rad = self.settings.stroke_rad[axis];
-        let command_rad = if command_rad.is_finite() { command_rad } else { 0.0 };
-        command_rad.clamp(-stroke_rad, stroke_rad)
-    }
-
-    fn fresh_feedback(&mut self, now: Duration) {
-        self.actuals.feedback_at = now;
-        self.actuals.feedback_counter = self.actuals.feedback_counter.wrapping_add(1);
     }
 
     /// Takes a reply if it is complete, then sends what is next: positions that changed and feedback, in turn.
@@ -396,7 +381,7 @@ impl GcsMirror {
                 let [az, el] = &self.settings.axes;
                 let units = values(text, [az, el]).map_err(|source| wrong("POS?", source))?;
                 self.actuals.angle_rad = units.map(|unit| unit * self.settings.position_unit_rad);
-                self.fresh_feedback(now);
+                self.actuals.is_fresh(now);
                 Ok(())
             }
             Sent::Move => {
@@ -446,10 +431,7 @@ fn check(settings: &GcsMirrorSettings) -> Result<(), DeviceError> {
         ("stroke_rad of elevation", settings.stroke_rad[1]),
         ("position_unit_rad", settings.position_unit_rad),
     ];
-    if let Some(&(setting, value)) = positive.iter().find(|(_, value)| !(value.is_finite() && *value > 0.0)) {
-        let allowed = "it must be finite and not 0".to_owned();
-        return Err(DeviceError::Setting { device: settings.name.clone(), setting, value, allowed });
-    }
+    check_positive(&settings.name, &positive)?;
     let positions = settings.stroke_rad.map(|stroke_rad| stroke_rad / settings.position_unit_rad);
     if let Some(&value) = positions.iter().find(|position| **position >= LARGEST_POSITION) {
         let allowed = format!("the stroke must be below {LARGEST_POSITION:e} units of position");

@@ -35,9 +35,8 @@ impl Page {
         };
         if !json {
             let who = watched.device(&device).and_then(|device| device.identity());
-            let ports: Vec<&str> = entry.ports.values().map(String::as_str).collect();
             let who = who.unwrap_or_else(|| format!("driver `{}`", entry.driver));
-            output::say(&format!("{device}: {who}, at {}", ports.join(", ")));
+            output::say(&format!("{device}: {who}, at {}", entry.addresses()));
         }
         Self { device, form }
     }

@@ -7,7 +7,7 @@ use std::path::Path;
 use drivers::wire::lines::LineAddress;
 
 use super::{Holder, Lock, LockError, interfaces, locked, system_folder};
-use crate::model::rig::{Rig, Tier};
+use crate::model::rig::Rig;
 
 /// What a process has alone for as long as this lives.
 #[derive(Debug, Default)]
@@ -28,19 +28,14 @@ pub(crate) fn claim(folder: &Path, resources: &[String], holder: &Holder) -> Res
 /// # Errors
 /// When somebody else holds one.
 pub(crate) fn claim_wires(rig: &Rig, verb: &str) -> Result<Claim, LockError> {
-    let opens = matches!(rig.tier, Tier::Wired | Tier::Hardware);
-    let wires = if opens { [interfaces(rig), lines(rig)].concat() } else { Vec::new() };
+    let wires = if rig.tier.is_wired() { [interfaces(rig), lines(rig)].concat() } else { Vec::new() };
     claim(&system_folder(), &wires, &Holder::verb(verb))
 }
 
 /// Lines that a rig opens, each under the one name that all its addresses lead to; none where devices are in this process.
 pub(crate) fn lines(rig: &Rig) -> Vec<String> {
-    match rig.tier {
-        Tier::Wired | Tier::Hardware => {
-            rig.devices.iter().flat_map(|entry| entry.lines()).map(|line| name(&line)).collect()
-        }
-        Tier::Virtual | Tier::Paced => Vec::new(),
-    }
+    let devices = rig.devices.iter().filter(|_| rig.tier.is_wired());
+    devices.flat_map(|entry| entry.lines()).map(|line| name(&line)).collect()
 }
 
 /// The far ends of the lines of a rig, which a simulator has while the rig has the near ones.

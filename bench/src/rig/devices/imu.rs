@@ -2,18 +2,17 @@
 
 use std::time::Duration;
 
-use drivers::device::DeviceError;
+use drivers::device::{Channel, DeviceError};
 use drivers::kvh::{Format, Kvh, KvhSettings, Opening, Synchronisation};
+use drivers::wire::ByteLine;
 use procedures::device::DeviceRole;
 use procedures::quantity::QuantityKind as K;
 use procedures::table::{Field, Shape};
 
-use super::inertial::{self, CROSS_AXIS_ERROR, DATA_RATE, Means, rate_bias};
+use super::inertial::{self, CROSS_AXIS_ERROR, DATA_RATE, Imu, InertialUnit, Means, Reception, rate_bias};
 use crate::model::device::DeviceEntry;
-use crate::rig::device::{Device, Group, RateSample, RateSensor};
+use crate::rig::device::RateSample;
 use crate::rig::driver::{Driver, Made, Misfit, PortField, not_above_zero};
-use crate::rig::hearing::{Hearing, Losses, STALE_PERIODS};
-use crate::rig::wires::Ports;
 
 /// Time allowed for an answer on the line.
 const ANSWER_TIMEOUT_S: f64 = 0.2;
@@ -55,7 +54,11 @@ pub(super) const DRIVER: Driver = Driver {
         rate_bias("100 urad/s"),
     ],
     check,
-    make: |entry, loop_rate_hz| Made::InTheTick(Box::new(Imu::closed(entry, loop_rate_hz))),
+    make: |entry, loop_rate_hz| {
+        let settings = settings(entry, loop_rate_hz);
+        let message_rate_hz = settings.message_rate_hz;
+        Made::InTheTick(Box::new(Imu::<Kvh>::closed(entry, settings, message_rate_hz)))
+    },
 };
 
 fn check(entry: &DeviceEntry) -> Vec<Misfit> {
@@ -84,130 +87,72 @@ fn settings(entry: &DeviceEntry, loop_rate_hz: f64) -> KvhSettings {
     }
 }
 
-/// The unit, and what it measured since the last row.
-pub(super) struct Imu {
-    settings: KvhSettings,
-    port: String,
-    line: usize,
-    opening: Option<Opening>,
-    unit: Option<Kvh>,
-    cross_axis_ratio: f64,
-    bias_rad_per_s: f64,
-    means: Means,
-    messages_count: u64,
-}
+impl InertialUnit for Kvh {
+    type Settings = KvhSettings;
+    type Opening = Opening;
+    const MESSAGES: &'static str = "messages";
 
-impl Imu {
-    /// On a line that is not open yet.
-    fn closed(entry: &DeviceEntry, loop_rate_hz: f64) -> Self {
-        let settings = settings(entry, loop_rate_hz);
-        let port = entry.port("line").to_owned();
-        Self {
-            settings,
-            port,
-            line: 0,
-            opening: None,
-            unit: None,
-            cross_axis_ratio: entry.number("cross-axis-error"),
-            bias_rad_per_s: entry.number("rate-bias"),
-            means: Means::default(),
-            messages_count: 0,
-        }
-    }
-}
-
-impl Device for Imu {
-    fn name(&self) -> &str {
-        &self.settings.name
+    fn begin(settings: KvhSettings) -> Result<Opening, DeviceError> {
+        Opening::new(settings)
     }
 
-    fn open(&mut self, ports: &mut Ports, now: Duration) -> Result<Option<()>, DeviceError> {
-        let opening = match &mut self.opening {
-            Some(opening) => opening,
-            None => {
-                self.line = ports.find_line(&self.settings.name, &self.port)?;
-                self.opening.insert(Opening::new(self.settings.clone())?)
-            }
-        };
-        self.unit = opening.poll(ports.line(self.line), now)?;
-        Ok(self.unit.is_some().then_some(()))
+    fn go_on(
+        opening: &mut Opening,
+        line: &mut dyn ByteLine,
+        now: Duration,
+    ) -> Result<Option<Self>, DeviceError> {
+        opening.poll(line, now)
     }
 
-    fn identity(&self) -> Option<String> {
-        self.unit.as_ref().map(|unit| format!("KVH 1775, serial {}", unit.identity().serial))
+    fn channels(_settings: &KvhSettings) -> &'static [Channel] {
+        Self::CHANNELS
     }
 
-    fn configuration(&self) -> Option<String> {
-        let entries = self.unit.as_ref()?.identity().configuration.iter();
-        Some(entries.map(|(name, value)| format!("{name} {value}")).collect::<Vec<_>>().join(", "))
+    fn identity(&self) -> String {
+        format!("KVH 1775, serial {}", Self::identity(self).serial)
     }
 
-    fn counts(&self) -> Vec<(&'static str, u64)> {
-        let Some(unit) = &self.unit else { return Vec::new() };
-        let tally = unit.tally();
-        vec![
-            ("messages", self.messages_count),
-            ("lost", unit.missed_count()),
-            ("bad_checksums", tally.bad_checksums_count),
-            ("skipped_bytes", tally.skipped_bytes_count),
-        ]
+    fn configuration(&self) -> String {
+        let entries = Self::identity(self).configuration.iter();
+        entries.map(|(name, value)| format!("{name} {value}")).collect::<Vec<_>>().join(", ")
     }
 
-    fn poll(&mut self, ports: &mut Ports, now: Duration) -> Result<(), DeviceError> {
-        let Some(unit) = &mut self.unit else { return Ok(()) };
-        let messages_count = unit.poll(ports.line(self.line), now)?;
-        self.messages_count += u64::from(messages_count);
-        if let (true, Some(sample)) = (messages_count > 0, unit.sample()) {
-            self.means.take(&sample.rate_rad_per_s, &sample.acceleration_m_per_s2);
-        }
-        Ok(())
+    fn poll(&mut self, line: &mut dyn ByteLine, now: Duration) -> Result<u32, DeviceError> {
+        Self::poll(self, line, now)
     }
 
-    fn group(&self) -> Group {
-        Group { topic: "imu", message: "Imu", channels: Kvh::CHANNELS }
-    }
-
-    fn row(&mut self, row: &mut [f64]) {
-        let Some(unit) = &self.unit else { return };
-        let mut values = unit.row();
-        self.means.give(&mut values[..6]);
-        row[..values.len()].copy_from_slice(&values);
-    }
-
-    fn hearing(&self, now: Duration) -> Option<Hearing> {
-        let unit = self.unit.as_ref()?;
-        let tally = unit.tally();
-        let period_s = 1.0 / self.settings.message_rate_hz;
-        Some(Hearing {
-            period_s,
-            silent_s: unit.silent_s(now),
-            stale_s: STALE_PERIODS * period_s,
-            losses: Losses {
-                messages_count: unit.missed_count(),
-                rejected_count: tally.bad_checksums_count,
-                skipped_bytes_count: tally.skipped_bytes_count,
-            },
-        })
-    }
-
-    fn invalid(&self) -> Option<DeviceError> {
-        self.unit.as_ref()?.valid_sample().err()
-    }
-
-    fn rate_sensor(&self) -> Option<RateSensor> {
-        let unit = self.unit.as_ref()?;
-        let newest = unit.sample().map(|sample| RateSample {
+    fn newest(&self) -> Option<RateSample> {
+        self.sample().map(|sample| RateSample {
             rate_rad_per_s: sample.rate_rad_per_s,
             is_valid: sample.valid[..3] == [true; 3],
             sequence: sample.sequence,
-        });
-        Some(RateSensor {
-            newest,
-            age_ticks: unit.age_ticks(),
-            new_count: unit.new_count(),
-            message_rate_hz: self.settings.message_rate_hz,
-            cross_axis_ratio: self.cross_axis_ratio,
-            bias_rad_per_s: self.bias_rad_per_s,
         })
+    }
+
+    fn acceleration_m_per_s2(&self) -> [f64; 3] {
+        self.sample().map_or([f64::NAN; 3], |sample| sample.acceleration_m_per_s2)
+    }
+
+    fn invalid(&self) -> Option<DeviceError> {
+        self.valid_sample().err()
+    }
+
+    fn row(&self, _settings: &KvhSettings, means: &mut Means, row: &mut [f64]) {
+        let mut values = Self::row(self);
+        means.give(&mut values[..6]);
+        row[..values.len()].copy_from_slice(&values);
+    }
+
+    fn reception(&self) -> Reception {
+        Reception {
+            age_ticks: self.age_ticks(),
+            new_count: self.new_count(),
+            missed_count: self.missed_count(),
+            tally: self.tally(),
+        }
+    }
+
+    fn silent_s(&self, now: Duration) -> f64 {
+        Self::silent_s(self, now)
     }
 }

@@ -1,11 +1,19 @@
-//! What inertial units of all makes have in common: the errors that the rig file declares, and means between two rows.
+//! What inertial units of all makes have in common: the errors that the rig file declares, and the device in the tick.
 
+use std::time::Duration;
+
+use drivers::device::{Channel, DeviceError};
+use drivers::kvh::Tally;
+use drivers::wire::ByteLine;
 use drivers::wire::lines::LineAddress;
 use procedures::quantity::QuantityKind as K;
 use procedures::table::{Field, Shape};
 
 use crate::model::device::DeviceEntry;
+use crate::rig::device::{Device, Group, RateSample, RateSensor};
 use crate::rig::driver::Misfit;
+use crate::rig::hearing::{Hearing, Losses, STALE_PERIODS};
+use crate::rig::wires::Ports;
 
 /// Key of the rate of messages that the unit sends by its own clock.
 pub(crate) const DATA_RATE: &str = "data-rate";
@@ -99,5 +107,191 @@ impl Means {
             values.iter_mut().zip(self.sums).for_each(|(value, sum)| *value = sum / count);
         }
         *self = Self::default();
+    }
+}
+
+/// A make of inertial unit, open on its line.
+pub(super) trait InertialUnit: Sized {
+    /// What it must know of the unit.
+    type Settings: Clone;
+    /// The dialogue that opens it.
+    type Opening;
+    /// What one of its messages is called where they are counted.
+    const MESSAGES: &'static str;
+
+    /// Begins the dialogue that opens it.
+    fn begin(settings: Self::Settings) -> Result<Self::Opening, DeviceError>;
+
+    /// Goes on with that dialogue; the unit once it is done.
+    fn go_on(
+        opening: &mut Self::Opening,
+        line: &mut dyn ByteLine,
+        now: Duration,
+    ) -> Result<Option<Self>, DeviceError>;
+
+    /// Channels of its rows.
+    fn channels(settings: &Self::Settings) -> &'static [Channel];
+
+    /// Who it is.
+    fn identity(&self) -> String;
+
+    /// How it is set up, as it answered.
+    fn configuration(&self) -> String;
+
+    /// Takes what has arrived: how many messages.
+    fn poll(&mut self, line: &mut dyn ByteLine, now: Duration) -> Result<u32, DeviceError>;
+
+    /// The newest message, with the rates that the loop takes; `None` before the first.
+    fn newest(&self) -> Option<RateSample>;
+
+    /// Accelerations of that message.
+    fn acceleration_m_per_s2(&self) -> [f64; 3];
+
+    /// Why that message is no rate to be used.
+    fn invalid(&self) -> Option<DeviceError>;
+
+    /// Puts its values into the head of a row, with the means since the row before.
+    fn row(&self, settings: &Self::Settings, means: &mut Means, row: &mut [f64]);
+
+    /// How it is received.
+    fn reception(&self) -> Reception;
+
+    /// How long no message has come, s; 0 before the first.
+    fn silent_s(&self, now: Duration) -> f64;
+}
+
+/// How an inertial unit is received.
+pub(super) struct Reception {
+    /// Ticks since the newest message.
+    pub(super) age_ticks: u16,
+    /// Messages that came with the last poll.
+    pub(super) new_count: u32,
+    /// Messages that never came.
+    pub(super) missed_count: u64,
+    /// What was thrown away.
+    pub(super) tally: Tally,
+}
+
+/// An inertial unit in the tick, and what it measured since the last row.
+pub(super) struct Imu<U: InertialUnit> {
+    name: String,
+    settings: U::Settings,
+    port: String,
+    line: usize,
+    opening: Option<U::Opening>,
+    unit: Option<U>,
+    message_rate_hz: f64,
+    cross_axis_ratio: f64,
+    bias_rad_per_s: f64,
+    means: Means,
+    messages_count: u64,
+}
+
+impl<U: InertialUnit> Imu<U> {
+    /// On a line that is not open yet.
+    pub(super) fn closed(entry: &DeviceEntry, settings: U::Settings, message_rate_hz: f64) -> Self {
+        Self {
+            name: entry.name.clone(),
+            settings,
+            port: entry.port("line").to_owned(),
+            line: 0,
+            opening: None,
+            unit: None,
+            message_rate_hz,
+            cross_axis_ratio: entry.number("cross-axis-error"),
+            bias_rad_per_s: entry.number("rate-bias"),
+            means: Means::default(),
+            messages_count: 0,
+        }
+    }
+}
+
+impl<U: InertialUnit> Device for Imu<U> {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn open(&mut self, ports: &mut Ports, now: Duration) -> Result<Option<()>, DeviceError> {
+        let opening = match &mut self.opening {
+            Some(opening) => opening,
+            None => {
+                self.line = ports.find_line(&self.name, &self.port)?;
+                self.opening.insert(U::begin(self.settings.clone())?)
+            }
+        };
+        self.unit = U::go_on(opening, ports.line(self.line), now)?;
+        Ok(self.unit.is_some().then_some(()))
+    }
+
+    fn identity(&self) -> Option<String> {
+        self.unit.as_ref().map(U::identity)
+    }
+
+    fn configuration(&self) -> Option<String> {
+        self.unit.as_ref().map(U::configuration)
+    }
+
+    fn counts(&self) -> Vec<(&'static str, u64)> {
+        let Some(unit) = &self.unit else { return Vec::new() };
+        let Reception { missed_count, tally, .. } = unit.reception();
+        vec![
+            (U::MESSAGES, self.messages_count),
+            ("lost", missed_count),
+            ("bad_checksums", tally.bad_checksums_count),
+            ("skipped_bytes", tally.skipped_bytes_count),
+        ]
+    }
+
+    fn poll(&mut self, ports: &mut Ports, now: Duration) -> Result<(), DeviceError> {
+        let Some(unit) = &mut self.unit else { return Ok(()) };
+        let messages_count = unit.poll(ports.line(self.line), now)?;
+        self.messages_count += u64::from(messages_count);
+        if let (true, Some(sample)) = (messages_count > 0, unit.newest()) {
+            self.means.take(&sample.rate_rad_per_s, &unit.acceleration_m_per_s2());
+        }
+        Ok(())
+    }
+
+    fn group(&self) -> Group {
+        Group { topic: "imu", message: "Imu", channels: U::channels(&self.settings) }
+    }
+
+    fn row(&mut self, row: &mut [f64]) {
+        if let Some(unit) = &self.unit {
+            unit.row(&self.settings, &mut self.means, row);
+        }
+    }
+
+    fn hearing(&self, now: Duration) -> Option<Hearing> {
+        let unit = self.unit.as_ref()?;
+        let Reception { missed_count, tally, .. } = unit.reception();
+        let period_s = 1.0 / self.message_rate_hz;
+        Some(Hearing {
+            period_s,
+            silent_s: unit.silent_s(now),
+            stale_s: STALE_PERIODS * period_s,
+            losses: Losses {
+                messages_count: missed_count,
+                rejected_count: tally.bad_checksums_count,
+                skipped_bytes_count: tally.skipped_bytes_count,
+            },
+        })
+    }
+
+    fn invalid(&self) -> Option<DeviceError> {
+        self.unit.as_ref()?.invalid()
+    }
+
+    fn rate_sensor(&self) -> Option<RateSensor> {
+        let unit = self.unit.as_ref()?;
+        let Reception { age_ticks, new_count, .. } = unit.reception();
+        Some(RateSensor {
+            newest: unit.newest(),
+            age_ticks,
+            new_count,
+            message_rate_hz: self.message_rate_hz,
+            cross_axis_ratio: self.cross_axis_ratio,
+            bias_rad_per_s: self.bias_rad_per_s,
+        })
     }
 }

@@ -2,18 +2,17 @@
 
 use std::time::Duration;
 
-use drivers::device::DeviceError;
+use drivers::device::{Channel, DeviceError};
 use drivers::stim300::{Content, ForceUnit, GyroUnit, Input, Opening, SampleRate, Stim300, Stim300Settings};
+use drivers::wire::ByteLine;
 use procedures::device::DeviceRole;
 use procedures::quantity::QuantityKind as K;
 use procedures::table::{Field, Shape};
 
-use super::inertial::{self, CROSS_AXIS_ERROR, DATA_RATE, Means, rate_bias};
+use super::inertial::{self, CROSS_AXIS_ERROR, DATA_RATE, Imu, InertialUnit, Means, Reception, rate_bias};
 use crate::model::device::DeviceEntry;
-use crate::rig::device::{Device, Group, RateSample, RateSensor};
+use crate::rig::device::RateSample;
 use crate::rig::driver::{Driver, Made, Misfit, PortField};
-use crate::rig::hearing::{Hearing, Losses, STALE_PERIODS};
-use crate::rig::wires::Ports;
 
 /// Name of the driver in rig files.
 pub(crate) const NAME: &str = "stim300";
@@ -63,7 +62,10 @@ pub(super) const DRIVER: Driver = Driver {
         rate_bias("150 urad/s"),
     ],
     check,
-    make: |entry, _| Made::InTheTick(Box::new(Imu::closed(entry))),
+    make: |entry, _| {
+        let imu = Imu::<Stim300>::closed(entry, settings(entry), entry.number(DATA_RATE));
+        Made::InTheTick(Box::new(imu))
+    },
 };
 
 /// What a measurement carries.
@@ -102,140 +104,81 @@ fn settings(entry: &DeviceEntry) -> Stim300Settings {
     }
 }
 
-/// The unit, and what it measured since the last row.
-pub(super) struct Imu {
-    settings: Stim300Settings,
-    port: String,
-    line: usize,
-    opening: Option<Opening>,
-    unit: Option<Stim300>,
-    message_rate_hz: f64,
-    cross_axis_ratio: f64,
-    bias_rad_per_s: f64,
-    means: Means,
-    measurements_count: u64,
-}
+impl InertialUnit for Stim300 {
+    type Settings = Stim300Settings;
+    type Opening = Opening;
+    const MESSAGES: &'static str = "measurements";
 
-impl Imu {
-    /// On a line that is not open yet.
-    fn closed(entry: &DeviceEntry) -> Self {
-        Self {
-            settings: settings(entry),
-            port: entry.port("line").to_owned(),
-            line: 0,
-            opening: None,
-            unit: None,
-            message_rate_hz: entry.number(DATA_RATE),
-            cross_axis_ratio: entry.number("cross-axis-error"),
-            bias_rad_per_s: entry.number("rate-bias"),
-            means: Means::default(),
-            measurements_count: 0,
+    fn begin(settings: Stim300Settings) -> Result<Opening, DeviceError> {
+        Opening::new(settings)
+    }
+
+    fn go_on(
+        opening: &mut Opening,
+        line: &mut dyn ByteLine,
+        now: Duration,
+    ) -> Result<Option<Self>, DeviceError> {
+        opening.poll(line, now)
+    }
+
+    fn channels(settings: &Stim300Settings) -> &'static [Channel] {
+        match settings.content.temperatures {
+            true => Self::CHANNELS,
+            false => Self::CHANNELS_WITHOUT_TEMPERATURE,
         }
     }
-}
 
-impl Device for Imu {
-    fn name(&self) -> &str {
-        &self.settings.name
+    fn identity(&self) -> String {
+        let identity = Self::identity(self);
+        format!("STIM300, part {}, serial {}", identity.part_number, identity.serial)
     }
 
-    fn open(&mut self, ports: &mut Ports, now: Duration) -> Result<Option<()>, DeviceError> {
-        let opening = match &mut self.opening {
-            Some(opening) => opening,
-            None => {
-                self.line = ports.find_line(&self.settings.name, &self.port)?;
-                self.opening.insert(Opening::new(self.settings.clone())?)
-            }
-        };
-        self.unit = opening.poll(ports.line(self.line), now)?;
-        Ok(self.unit.is_some().then_some(()))
-    }
-
-    fn identity(&self) -> Option<String> {
-        let identity = self.unit.as_ref()?.identity();
-        Some(format!("STIM300, part {}, serial {}", identity.part_number, identity.serial))
-    }
-
-    fn configuration(&self) -> Option<String> {
-        let configuration = &self.unit.as_ref()?.identity().configuration;
-        Some(format!(
+    fn configuration(&self) -> String {
+        let configuration = &Self::identity(self).configuration;
+        format!(
             "firmware {}, sample rate {:?}, {:?}",
             configuration.firmware, configuration.sample_rate, configuration.content
-        ))
+        )
     }
 
-    fn counts(&self) -> Vec<(&'static str, u64)> {
-        let Some(unit) = &self.unit else { return Vec::new() };
-        let tally = unit.tally();
-        vec![
-            ("measurements", self.measurements_count),
-            ("lost", unit.missed_count()),
-            ("bad_checksums", tally.bad_checksums_count),
-            ("skipped_bytes", tally.skipped_bytes_count),
-        ]
+    fn poll(&mut self, line: &mut dyn ByteLine, now: Duration) -> Result<u32, DeviceError> {
+        Self::poll(self, line, now)
     }
 
-    fn poll(&mut self, ports: &mut Ports, now: Duration) -> Result<(), DeviceError> {
-        let Some(unit) = &mut self.unit else { return Ok(()) };
-        let measurements_count = unit.poll(ports.line(self.line), now)?;
-        self.measurements_count += u64::from(measurements_count);
-        if let (true, Some(sample)) = (measurements_count > 0, unit.sample()) {
-            self.means.take(&unit.mean_rates_rad_per_s(), &sample.acceleration_m_per_s2);
-        }
-        Ok(())
-    }
-
-    fn group(&self) -> Group {
-        let channels = match self.settings.content.temperatures {
-            true => Stim300::CHANNELS,
-            false => Stim300::CHANNELS_WITHOUT_TEMPERATURE,
-        };
-        Group { topic: "imu", message: "Imu", channels }
-    }
-
-    fn row(&mut self, row: &mut [f64]) {
-        let Some(unit) = &self.unit else { return };
-        let mut values = unit.row();
-        // The temperature stands first.
-        self.means.give(&mut values[1..7]);
-        let own = if self.settings.content.temperatures { &values[..] } else { &values[1..] };
-        row[..own.len()].copy_from_slice(own);
-    }
-
-    fn hearing(&self, now: Duration) -> Option<Hearing> {
-        let unit = self.unit.as_ref()?;
-        let tally = unit.tally();
-        let period_s = 1.0 / self.message_rate_hz;
-        Some(Hearing {
-            period_s,
-            silent_s: unit.silent_s(now),
-            stale_s: STALE_PERIODS * period_s,
-            losses: Losses {
-                messages_count: unit.missed_count(),
-                rejected_count: tally.bad_checksums_count,
-                skipped_bytes_count: tally.skipped_bytes_count,
-            },
+    fn newest(&self) -> Option<RateSample> {
+        self.sample().map(|sample| RateSample {
+            rate_rad_per_s: self.mean_rates_rad_per_s(),
+            is_valid: sample.valid[..3] == [true; 3],
+            sequence: sample.sequence,
         })
+    }
+
+    fn acceleration_m_per_s2(&self) -> [f64; 3] {
+        self.sample().map_or([f64::NAN; 3], |sample| sample.acceleration_m_per_s2)
     }
 
     fn invalid(&self) -> Option<DeviceError> {
-        self.unit.as_ref()?.valid_sample().err()
+        self.valid_sample().err()
     }
 
-    fn rate_sensor(&self) -> Option<RateSensor> {
-        let unit = self.unit.as_ref()?;
-        let newest = unit.sample().map(|sample| RateSample {
-            rate_rad_per_s: unit.mean_rates_rad_per_s(),
-            is_valid: sample.valid[..3] == [true; 3],
-            sequence: sample.sequence,
-        });
-        Some(RateSensor {
-            newest,
-            age_ticks: unit.age_ticks(),
-            new_count: unit.new_count(),
-            message_rate_hz: self.message_rate_hz,
-            cross_axis_ratio: self.cross_axis_ratio,
-            bias_rad_per_s: self.bias_rad_per_s,
-        })
+    fn row(&self, settings: &Stim300Settings, means: &mut Means, row: &mut [f64]) {
+        let mut values = Self::row(self);
+        // The temperature stands first.
+        means.give(&mut values[1..7]);
+        let own = if settings.content.temperatures { &values[..] } else { &values[1..] };
+        row[..own.len()].copy_from_slice(own);
+    }
+
+    fn reception(&self) -> Reception {
+        Reception {
+            age_ticks: self.age_ticks(),
+            new_count: self.new_count(),
+            missed_count: self.missed_count(),
+            tally: self.tally(),
+        }
+    }
+
+    fn silent_s(&self, now: Duration) -> f64 {
+        Self::silent_s(self, now)
     }
 }

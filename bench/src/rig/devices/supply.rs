@@ -14,9 +14,12 @@ use crate::rig::device::{Device, Group};
 use crate::rig::driver::{Driver, Made, Misfit, PortField, not_above_zero};
 use crate::rig::wires::Ports;
 
+/// Name of the driver in rig files.
+pub(crate) const NAME: &str = "e36300";
+
 /// Driver of DC supplies.
 pub(super) const DRIVER: Driver = Driver {
-    name: "e36300",
+    name: NAME,
     doc: "DC power supply, one output of it, recorded during runs and never switched (Keysight E36300 command set).",
     role: None,
     certified_as: None,
