@@ -25,6 +25,7 @@ mod tracks;
 mod wind_down;
 
 use playback::Playback;
+pub(crate) use power_up::HOMED_RAD;
 use segment::{Along, Running};
 pub use state::State;
 use tracks::After;

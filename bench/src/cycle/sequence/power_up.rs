@@ -16,8 +16,10 @@ use crate::rig::ArmedRig;
 const FEEDBACK_LIMIT_S: f64 = 20.0;
 /// Longest wait for the bus to change its state (safety.md: deadlines).
 const BUS_LIMIT_S: f64 = 5.0;
-/// An axis nearer to the plan's start than this is where it belongs.
-const HOMED_RAD: f64 = 0.1 * std::f64::consts::PI / 180.0;
+/// An axis nearer to the plan's start than this (0.1°) is where it belongs, …
+pub(crate) const HOMED_RAD: f64 = 0.1 * std::f64::consts::PI / 180.0;
+/// … and one nearer than this where the point looks at a target: the field of the fine camera ends 0.5 mrad from its middle.
+const LOOKING_RAD: f64 = 50e-6;
 
 impl Sequencer<'_> {
     pub(super) fn power_up(
@@ -91,13 +93,14 @@ impl Sequencer<'_> {
         if self.case.open_loop {
             return self.start_segment(0, now, rig, tell);
         }
+        let near_rad = if self.case.target.is_some() { LOOKING_RAD } else { HOMED_RAD };
         let mut at_home = true;
         for (axis, axis_loop) in self.loops.iter_mut().enumerate() {
             let actuals = rig.actuals(axis);
             let rig_axis = &rig.axes()[axis];
             axis_loop.hold_here(actuals);
             let wanted = self.case.start_pose_rad.get(&rig_axis.name);
-            let away = wanted.filter(|rad| (**rad - actuals.position_rad).abs() > HOMED_RAD);
+            let away = wanted.filter(|rad| (**rad - actuals.position_rad).abs() > near_rad);
             if let Some(&start_rad) = away {
                 axis_loop.go_slowly(actuals, start_rad);
                 at_home = false;

@@ -11,13 +11,11 @@ use crate::clock::Clock;
 use crate::cycle::recorder::Recorder;
 use crate::cycle::run::{Between, PointError, PointOutcome};
 use crate::cycle::safe::{Exit, Safe, make_safe};
+use crate::cycle::sequence::HOMED_RAD;
 use crate::cycle::stops::Stops;
 use crate::realtime::{Rights, privileges};
 use crate::rig::{ArmedRig, PointSettings};
 use crate::site::{Contact, Surroundings};
-
-/// An axis within this angle (0.1°) of the start pose of a point needs no transfer.
-const HOMED_RAD: f64 = 0.1 * std::f64::consts::PI / 180.0;
 
 /// Serves a session until it is closed, or until nobody is left to close it.
 pub(super) fn serve<'a>(
@@ -256,7 +254,7 @@ impl<'a> Ticking<'a> {
     }
 }
 
-/// Whether any axis is away from the start pose of a point.
+/// Whether any axis is so far from the start pose of a point that it needs a transfer.
 fn is_away(rig: &ArmedRig, case: &procedures::case::Case) -> bool {
     rig.axes().iter().enumerate().any(|(index, axis)| {
         let start_rad = case.start_pose_rad.get(&axis.name);
