@@ -16,7 +16,7 @@ const BUFFER_BYTES: usize = 1024;
 pub(crate) const LONGEST_FRAME: usize = BUFFER_BYTES / 2;
 
 /// A serial device is stale when nothing has come for this many periods of its messages (docs/safety.md).
-pub(crate) const STALE_PERIODS: f64 = 10.0;
+pub const STALE_PERIODS: f64 = 10.0;
 
 /// Reads everything that has arrived up to `now` and hands it on, in pieces.
 ///

@@ -14,10 +14,10 @@ use std::time::Duration;
 pub use self::configure::Opening;
 pub use self::frame::{BitReport, Format, Message, Temperature};
 pub use self::parser::{Found, Parser};
-pub use crate::framing::Tally;
+pub use crate::framing::{STALE_PERIODS, Tally};
 
 use crate::device::{Channel, DeviceError, Width};
-use crate::framing::{Arrival, Freshness, STALE_PERIODS, read_waiting};
+use crate::framing::{Arrival, Freshness, read_waiting};
 use crate::wire::ByteLine;
 
 /// The g in which the unit reports specific force, m/s²: standard gravity (CGPM 1901).

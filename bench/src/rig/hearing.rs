@@ -2,8 +2,6 @@
 
 use drivers::device::DeviceError;
 
-/// Periods of its messages after which a serial device is stale (safety.md: deadlines).
-pub(super) const STALE_PERIODS: f64 = 10.0;
 /// Frames after which a missing target is no gap any more, and a tracker is silent (safety.md: deadlines).
 pub(super) const FRAMES_TO_LOSE: f64 = 3.0;
 /// Silences of a device that are told in a point; more say nothing new.

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use drivers::device::{Channel, DeviceError};
-use drivers::kvh::Tally;
+use drivers::kvh::{STALE_PERIODS, Tally};
 use drivers::wire::ByteLine;
 use drivers::wire::lines::LineAddress;
 use procedures::quantity::QuantityKind as K;
@@ -12,7 +12,7 @@ use procedures::table::{Field, Shape};
 use crate::model::device::DeviceEntry;
 use crate::rig::device::{Device, Group, RateSample, RateSensor};
 use crate::rig::driver::Misfit;
-use crate::rig::hearing::{Hearing, Losses, STALE_PERIODS};
+use crate::rig::hearing::{Hearing, Losses};
 use crate::rig::wires::Ports;
 
 /// Key of the rate of messages that the unit sends by its own clock.
