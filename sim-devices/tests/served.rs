@@ -221,11 +221,12 @@ fn a_pty_is_found_at_the_path_of_its_link_and_a_file_is_left_alone() {
     let path = folder.join("imu");
     let first = LinePump::pty_at(&path, 9600).expect("made");
     assert_eq!(first.address(), format!("serial:{}?baud=9600", path.display()));
-    let second = LinePump::pty_at(&path, 9600).expect("replaced");
+    let taken = LinePump::pty_at(&path, 9600).err().expect("refused").to_string();
+    assert!(taken.contains("another simulator serves"), "{taken}");
     lines(Timer::start())
-        .open_line(&LineAddress::parse(second.address()).expect("an address"))
+        .open_line(&LineAddress::parse(first.address()).expect("an address"))
         .expect("opens");
-    drop((first, second));
+    drop(first);
     assert!(!path.exists(), "a pump that ends takes its link along");
     std::fs::write(&path, "notes").expect("written");
     assert!(LinePump::pty_at(&path, 9600).is_err());
