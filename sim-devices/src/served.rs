@@ -8,6 +8,7 @@ mod line;
 mod link;
 mod pace;
 mod port;
+mod pty;
 
 pub use line::{LineCounts, LinePump};
 pub use port::{PortCounts, PortPump};

@@ -90,6 +90,11 @@ fn a_pty_is_paced_at_its_bit_rate() {
     let (_lines, mut line) = imu.connect();
     let mut bytes = [0; 4096];
     assert_eq!(line.read(imu.now(), &mut bytes), Ok(0));
+    // The far end looks every millisecond whether somebody has opened the line.
+    for _ in 0..50 {
+        imu.pump.pump(&mut bench::Burst::new(Vec::new()), imu.now()).expect("the line is there");
+        nap();
+    }
     // A burst that the simulated line hands over at once.
     let burst = vec![0x55; 1843];
     let mut burst_line = bench::Burst::new(burst.clone());
@@ -200,6 +205,10 @@ fn a_host_that_never_reads_does_not_hold_the_simulation_up() {
         let mut line =
             lines.open_line(&LineAddress::parse(pump.address()).expect("an address")).expect("opens");
         line.write(timer.now(), b"x").expect("room");
+        for _ in 0..50 {
+            pump.pump(&mut bench::Burst::new(Vec::new()), Duration::ZERO).expect("the line is there");
+            nap();
+        }
         let mut flood = bench::Burst::new(vec![0; 64 << 20]);
         let begun = timer.now();
         // An hour of simulated time, in which everything is due.

@@ -2,21 +2,18 @@
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, TcpListener, TcpStream};
-use std::os::fd::OwnedFd;
 use std::path::Path;
 use std::time::Duration;
 
 use drivers::device::DeviceError;
 use drivers::wire::ByteLine;
-use rustix::io::{Errno, retry_on_intr};
-use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
-use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 
 use super::link::Link;
 use super::pace::Paced;
+use super::pty::Pty;
 
 /// Bytes that are moved at once.
-const PIECE_BYTES: usize = 4096;
+pub(super) const PIECE_BYTES: usize = 4096;
 
 /// What became of the bytes of a line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -43,12 +40,12 @@ pub struct LinePump {
 }
 
 enum Far {
-    Pty(OwnedFd),
+    Pty(Pty),
     Tcp { listener: TcpListener, client: Option<TcpStream> },
 }
 
 /// What came of a read.
-enum Arrived {
+pub(super) enum Arrived {
     Bytes(usize),
     Nothing,
     /// Nobody has the host's end open.
@@ -61,19 +58,11 @@ impl LinePump {
     /// # Errors
     /// When the operating system has no pty left.
     pub fn pty(baud: u32) -> io::Result<Self> {
-        let far = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
-        grantpt(&far)?;
-        unlockpt(&far)?;
-        rustix::io::ioctl_fionbio(&far, true)?;
-        // The settings are those of the host's end: a terminal would send the device's bytes back to it.
-        let mut settings = tcgetattr(&far)?;
-        settings.make_raw();
-        tcsetattr(&far, OptionalActions::Now, &settings)?;
-        let path = ptsname(&far, Vec::new())?;
-        let address = format!("serial:{}?baud={baud}", path.to_string_lossy());
+        let pty = Pty::new()?;
+        let address = format!("serial:{}?baud={baud}", pty.path()?.display());
         let [to_host, to_device] = [Paced::at_baud(baud), Paced::at_baud(baud)];
         let counts = LineCounts::default();
-        Ok(Self { far: Far::Pty(far), address, link: None, to_host, to_device, counts })
+        Ok(Self { far: Far::Pty(pty), address, link: None, to_host, to_device, counts })
     }
 
     /// Serves a serial line on a new pty that can be reached at a path of one's choice. A link to a pty that was left there is
@@ -84,9 +73,8 @@ impl LinePump {
     /// serial adapter is found, or no link can be made.
     pub fn pty_at(path: &Path, baud: u32) -> io::Result<Self> {
         let mut pump = Self::pty(baud)?;
-        let Far::Pty(far) = &pump.far else { return Ok(pump) };
-        let own = ptsname(far, Vec::new())?;
-        pump.link = Some(Link::make(path, Path::new(own.to_string_lossy().as_ref()))?);
+        let Far::Pty(pty) = &pump.far else { return Ok(pump) };
+        pump.link = Some(Link::make(path, &pty.path()?)?);
         pump.address = format!("serial:{}?baud={baud}", path.display());
         Ok(pump)
     }
@@ -205,12 +193,7 @@ impl LinePump {
 impl Far {
     fn read(&mut self, into: &mut [u8]) -> Arrived {
         match self {
-            Self::Pty(far) => match retry_on_intr(|| rustix::io::read(&*far, &mut *into)) {
-                Ok(count) if count > 0 => Arrived::Bytes(count),
-                Err(Errno::AGAIN) => Arrived::Nothing,
-                // Input/output error: nobody has the other end open (pty(7)).
-                Ok(_) | Err(_) => Arrived::Nobody,
-            },
+            Self::Pty(pty) => pty.read(into),
             Self::Tcp { client, .. } => {
                 let Some(stream) = client else { return Arrived::Nobody };
                 match stream.read(into) {
@@ -226,7 +209,7 @@ impl Far {
     /// Bytes that were taken.
     fn write(&mut self, bytes: &[u8]) -> usize {
         match self {
-            Self::Pty(far) => retry_on_intr(|| rustix::io::write(&*far, bytes)).unwrap_or(0),
+            Self::Pty(pty) => pty.write(bytes),
             Self::Tcp { client, .. } => {
                 let Some(stream) = client else { return 0 };
                 match stream.write(bytes) {

@@ -17,6 +17,7 @@ use crate::quantity::QuantityKind as Q;
 mod channels;
 mod conclude;
 mod keys;
+mod periods;
 mod point;
 mod response;
 pub(in crate::kinds) mod spectra;
@@ -61,7 +62,7 @@ alike); margins from local fits as in `frequency-response`; u includes the uncer
 which is not part of the loop.
 
 # Fails when
-Rows are missing; a period is no whole number of rows; the command was cut off (saturation); no line counts around the
+Rows are missing in half of the periods of a multisine (others are left out) or in a single sine; a period is no whole number of rows; the command was cut off (saturation); no line counts around the
 requested frequency. Stroke without autocollimator is inconclusive unless `gauge-u` is stated: the servo follows its
 gauge, so a wrong scale does not show.
 

@@ -7,6 +7,7 @@ use analysis::frf::{C64, Line};
 use analysis::periodic::errors_in_variables;
 
 use super::keys::Keys;
+use super::periods::Periods;
 use super::spectra::{
     LineQuality, MirrorLine, Reaction, amplitudes, exclusions, find_reaction, mark_reaction,
 };
@@ -15,7 +16,7 @@ use crate::case::{Case, MirrorChannel, Segment};
 use crate::device::MIRROR_AXES;
 use crate::excitation::Signal;
 use crate::log::{Rows, SegmentSpan, Window};
-use crate::measurement::{PointResult, Reduced};
+use crate::measurement::{Exclusion, PointResult, Reduced};
 use crate::reason::{MirrorReason, Reason};
 
 /// Topic of the mirror.
@@ -49,6 +50,8 @@ pub(super) struct Response {
     pub(super) reaction: Option<Reaction>,
     /// Level that was sent, peak to peak.
     pub(super) level_v: f64,
+    /// Periods that are left out.
+    pub(super) excluded: Option<Exclusion>,
 }
 
 /// A position that was held.
@@ -87,7 +90,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult 
     match Record::new(keys, case, window).and_then(|record| record.reduce()) {
         Ok(point) => {
             if let Some(found) = &point.response {
-                result.excluded = exclusions(&found.gauge);
+                result.excluded = found.excluded.iter().cloned().chain(exclusions(&found.gauge)).collect();
                 result.measurements = response::of_response(keys, case, &point, found);
             } else {
                 result.measurements = response::of_tones(keys, case, &point);
@@ -191,28 +194,29 @@ impl<'a> Record<'a> {
         let Signal::Multisine { period_s, lines } = self.signal(segment)? else {
             return Err(MirrorReason::NotAMultisine.into());
         };
-        let row_s = self.row_s(span)?;
-        let length = whole(period_s / row_s)?;
         let multisine = &self.keys.multisine;
         let count = multisine.periods.saturating_sub(multisine.dropped) as usize;
-        let range = self.last_rows(span, count * length)?;
-        let command = &self.command_rad[range.clone()];
-        self.saturation(command, lines.iter().map(|l| l.amplitude).sum())?;
+        let range = self.rows.range(span.start_s, span.end_s);
+        let periods = Periods::last(&self.rows.time_s, range, *period_s, count)?;
+        let row_s = periods.row_s;
+        let length = whole(period_s / row_s)?;
+        let command = periods.values(self.command_rad);
+        self.saturation(&command, lines.iter().map(|l| l.amplitude).sum())?;
         let frequencies: Vec<f64> = lines.iter().map(|l| l.frequency_hz).collect();
-        let periods = |samples: &[f64]| -> Vec<Vec<C64>> {
-            let orders: Vec<usize> =
-                frequencies.iter().map(|f| (f * period_s).round() as usize % length).collect();
-            samples.chunks_exact(length).map(|period| amplitudes(period, &orders)).collect()
+        let orders: Vec<usize> =
+            frequencies.iter().map(|f| (f * period_s).round() as usize % length).collect();
+        let amplitudes_of = |samples: &[f64]| -> Vec<Vec<C64>> {
+            periods.rows.iter().map(|rows| amplitudes(&samples[rows.clone()], &orders)).collect()
         };
-        let mut sent = periods(command);
-        self.add_signs(&mut sent, range.clone(), &frequencies, row_s);
+        let mut sent = amplitudes_of(self.command_rad);
+        self.add_signs(&mut sent, &periods.rows, &frequencies, row_s);
         let judged = |samples: &[f64]| -> Result<Vec<MirrorLine>, Reason> {
-            let frf = errors_in_variables(&frequencies, &sent, &periods(samples))
+            let frf = errors_in_variables(&frequencies, &sent, &amplitudes_of(samples))
                 .map_err(|_| MirrorReason::LinesMissing)?;
             Ok(frf.into_iter().map(|line| self.judged(line, row_s)).collect())
         };
-        let mut gauge = judged(&self.gauge_rad[range.clone()])?;
-        let mut reference = self.reference_rad.map(|r| judged(&r[range.clone()])).transpose()?;
+        let mut gauge = judged(self.gauge_rad)?;
+        let mut reference = self.reference_rad.map(judged).transpose()?;
         // The autocollimator sees the mirror itself, the gauge only its motion against the support.
         let seen = reference.as_deref().and_then(|lines| find_reaction(lines, multisine.reaction_hz));
         let reaction = seen.or_else(|| find_reaction(&gauge, multisine.reaction_hz));
@@ -220,8 +224,8 @@ impl<'a> Record<'a> {
             mark_reaction(&mut gauge, found);
             reference.iter_mut().for_each(|lines| mark_reaction(lines, found));
         }
-        let level_v = peak_to_peak(command) / self.keys.scale_rad_per_v;
-        Ok(Response { gauge, reference, reaction, level_v })
+        let level_v = peak_to_peak(&command) / self.keys.scale_rad_per_v;
+        Ok(Response { gauge, reference, reaction, level_v, excluded: periods.excluded() })
     }
 
     /// Makes of complex amplitudes of the command, by periods, those of what acted: the changes to a negative order come later
@@ -229,24 +233,22 @@ impl<'a> Record<'a> {
     ///
     /// A held signal of steps Δu at row times t has the amplitude Σ Δu·e^(−jωt)/(1 − e^(−jωT)) of its rows; those that come
     /// δ later have the factor e^(−jωδ).
-    fn add_signs(&self, sent: &mut [Vec<C64>], rows: Range<usize>, frequencies_hz: &[f64], row_s: f64) {
+    fn add_signs(&self, sent: &mut [Vec<C64>], periods: &[Range<usize>], frequencies_hz: &[f64], row_s: f64) {
         let late_s = self.keys.sign_s(self.channel());
-        if late_s <= 0.0 || sent.is_empty() {
-            return;
-        }
+        let Some(first) = periods.first().filter(|_| late_s > 0.0) else { return };
         let step = |k: usize| match k.checked_sub(1) {
             Some(before) if self.command_rad[k].is_sign_negative() => {
                 self.command_rad[k] - self.command_rad[before]
             }
             _ => 0.0,
         };
-        let steps: Vec<f64> = rows.map(step).collect();
-        let length = steps.len() / sent.len();
+        let length = first.len();
         let order = |hz: &f64| (hz * row_s * length as f64).round() as usize % length;
         let orders: Vec<usize> = frequencies_hz.iter().map(order).collect();
         let turn = |hz: f64, time_s: f64| C64::from_polar(1.0, -TAU * hz * time_s);
-        for (lines, steps) in sent.iter_mut().zip(steps.chunks_exact(length)) {
-            let late = amplitudes(steps, &orders);
+        for (lines, rows) in sent.iter_mut().zip(periods) {
+            let steps: Vec<f64> = rows.clone().map(step).collect();
+            let late = amplitudes(&steps, &orders);
             for ((line, late), &hz) in lines.iter_mut().zip(late).zip(frequencies_hz) {
                 *line += late * (turn(hz, late_s) - 1.0) / (1.0 - turn(hz, row_s));
             }
@@ -359,7 +361,7 @@ fn unheld(line: Line, row_s: f64, delay_s: f64) -> Line {
 }
 
 /// A period as a whole number of rows.
-fn whole(rows: f64) -> Result<usize, Reason> {
+pub(super) fn whole(rows: f64) -> Result<usize, Reason> {
     let nearest = rows.round();
     if nearest < 4.0 || (rows - nearest).abs() > 1e-2 {
         return Err(MirrorReason::BrokenPeriod { rows }.into());
