@@ -50,7 +50,7 @@ struct Served {
 
 /// What moves bytes or datagrams, and the simulated device that it moves them for.
 enum Pump {
-    Line(LinePump, Box<dyn ByteLine>),
+    Line(Box<LinePump>, Box<dyn ByteLine>),
     Port(PortPump, Box<dyn DatagramPort>),
 }
 
@@ -87,10 +87,12 @@ fn serve(far_line: FarLine) -> Result<Served, DeviceError> {
     let FarLine { device, address, end } = far_line;
     let made = match (&address, end) {
         (LineAddress::Serial { path, baud }, FarEnd::Line(end)) => {
-            LinePump::pty_at(Path::new(path), *baud).map(|pump| Pump::Line(pump, end))
+            LinePump::pty_at(Path::new(path), *baud).map(|pump| Pump::Line(Box::new(pump), end))
         }
         (LineAddress::Tcp { host, port }, FarEnd::Line(end)) => match loopback(host, false) {
-            Ok(IpAddr::V4(Ipv4Addr::LOCALHOST)) => LinePump::tcp(*port).map(|pump| Pump::Line(pump, end)),
+            Ok(IpAddr::V4(Ipv4Addr::LOCALHOST)) => {
+                LinePump::tcp(*port).map(|pump| Pump::Line(Box::new(pump), end))
+            }
             Ok(other) => Err(foreign(&other.to_string())),
             Err(error) => Err(error),
         },
