@@ -25,6 +25,8 @@ const TOPIC: &str = "/fsm";
 const HIGHEST_RATIO: f64 = 0.4;
 /// A command this near to its peak over and over is held there by the limit of the driver.
 const SATURATED_ROWS: usize = 4;
+/// So many times as often as elsewhere a command may rest at its peak by chance.
+const HELD_FACTOR: f64 = 2.0;
 /// Parts of a tone's record from which the scatter comes.
 const TONE_PARTS: usize = 5;
 
@@ -279,16 +281,22 @@ impl<'a> Record<'a> {
         self.case.mirror_channel.unwrap_or(MirrorChannel::Analog)
     }
 
-    /// A command that rests at its extreme was cut off there.
+    /// A command that rests at its extreme was cut off there, unless it rests as often elsewhere: a serial line takes another
+    /// command only when the last one was answered, so that some last two ticks.
     fn saturation(&self, command: &[f64], most_rad: f64) -> Result<(), Reason> {
         let low_rad = lowest(command);
         let high_rad = highest(command);
         let near_rad = 1e-6 * most_rad.max(high_rad - low_rad);
-        let resting = |extreme_rad: f64| {
-            let near = |c: &f64| (c - extreme_rad).abs() < near_rad;
-            command.windows(2).filter(|pair| pair.iter().all(near)).count()
+        let rests = |pair: &&[f64]| (pair[1] - pair[0]).abs() < near_rad;
+        let is_extreme = |c: f64| (c - low_rad).abs() < near_rad || (c - high_rad).abs() < near_rad;
+        let elsewhere = || command.windows(2).filter(|pair| !is_extreme(pair[0]));
+        let held_ratio = elsewhere().filter(rests).count() as f64 / elsewhere().count().max(1) as f64;
+        let is_cut_off = |extreme_rad: f64| {
+            let there = || command.windows(2).filter(|pair| (pair[0] - extreme_rad).abs() < near_rad);
+            let held = held_ratio * there().count() as f64;
+            there().filter(rests).count() as f64 >= SATURATED_ROWS as f64 + HELD_FACTOR * held
         };
-        if resting(low_rad) >= SATURATED_ROWS || resting(high_rad) >= SATURATED_ROWS {
+        if is_cut_off(low_rad) || is_cut_off(high_rad) {
             return Err(
                 MirrorReason::Saturation { low_urad: 1e6 * low_rad, high_urad: 1e6 * high_rad }.into()
             );

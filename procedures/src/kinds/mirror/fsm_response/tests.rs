@@ -295,6 +295,26 @@ fn harmonics_of_a_bent_gauge_are_its_series_and_miss_the_criterion() {
     assert!((level - 1.0).abs() < 1e-3, "{level}");
 }
 
+/// Every fifth command lasts two rows, as one does whose answer came late; the peak of each period, of 500 rows, is among them.
+fn hold_some(command: &mut [f64]) {
+    let peak = (0..command.len()).max_by(|&a, &b| command[a].total_cmp(&command[b])).expect("rows");
+    for k in (1..command.len()).filter(|k| k % 5 == (peak + 1) % 5) {
+        command[k] = command[k - 1];
+    }
+}
+
+#[test]
+fn a_command_that_a_serial_line_holds_for_two_rows_now_and_then_is_not_cut_off() {
+    let axes = with_elevation();
+    let keys = Keys { stroke: None, ..keys() };
+    let cases = keys.plan("az", &axes).expect("the axis is there");
+    let mut window = Plant::default().run(&cases[0]);
+    hold_some(&mut window.topics[0].columns[0]);
+    let result = keys.analyse(&cases[0], &window, &axes);
+    let why = result.measurements[0].inconclusive.as_ref().map(ToString::to_string).unwrap_or_default();
+    assert!(!why.starts_with("saturation"), "{why}");
+}
+
 #[test]
 fn missing_rows_a_cut_off_command_and_a_dead_sensor_give_reasons_not_numbers() {
     let axes = with_elevation();
@@ -319,6 +339,12 @@ fn missing_rows_a_cut_off_command_and_a_dead_sensor_give_reasons_not_numbers() {
     let cut =
         spoilt(&sound, &|w| w.topics[0].columns[0].iter_mut().for_each(|c| *c = c.clamp(-1.2e-4, 1.2e-4)));
     assert!(cut.starts_with("saturation"), "{cut}");
+    let held_and_cut = spoilt(&sound, &|w| {
+        let command = &mut w.topics[0].columns[0];
+        command.iter_mut().for_each(|c| *c = c.clamp(-1.2e-4, 1.2e-4));
+        hold_some(command);
+    });
+    assert!(held_and_cut.starts_with("saturation"), "{held_and_cut}");
     let dead = |plant: &Plant, channel: usize| {
         spoilt(plant, &|w| {
             let mut k = 0_u32;
