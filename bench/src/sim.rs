@@ -2,6 +2,7 @@
 //!
 //! Whoever runs the rig speaks to it as to hardware. Faults come over a control socket and can be injected nowhere else.
 
+mod bus;
 mod control;
 mod lines;
 mod server;
@@ -13,7 +14,8 @@ use std::sync::atomic::AtomicU16;
 use std::time::Duration;
 
 use drivers::device::DeviceError;
-use drivers::wire::{EthernetLink, PacketSocket};
+use drivers::wire::PacketSocket;
+use drivers::wire::can::SocketCan;
 use procedures::log::LogError;
 
 use crate::clock::Clock;
@@ -22,9 +24,10 @@ use crate::people::lock::{self, Holder, LockError};
 use crate::realtime::{Rights, privileges};
 use crate::site::interface::{self, Kernel};
 use crate::site::unit::Unit;
-use crate::site::{Contact, Purpose, Units, path_for};
+use crate::site::{Contact, FarBus, Purpose, Units, path_for};
+use bus::{ServedBus, ServedCan, ServedEtherCat, Unserved};
 use control::Control;
-use lines::{NoInterface, ServedLines};
+use lines::ServedLines;
 use server::{Broken, Server};
 use truth::TruthLog;
 
@@ -103,9 +106,10 @@ pub fn serve(
     stop: &AtomicU16,
     say: &mut dyn FnMut(&str),
 ) -> Result<Report, SimError> {
-    refuse_can(settings.rig)?;
     let name = if settings.are_lines_alone { None } else { Some(far_interface(settings)?) };
-    let interface = name.iter().map(|name| format!("interface {name}")).collect();
+    // Both ends of a CAN bus are on one interface.
+    let end = if settings.rig.can.is_some() { "far end of interface" } else { "interface" };
+    let interface = name.iter().map(|name| format!("{end} {name}")).collect();
     let served = [interface, lock::far_ends(settings.rig)].concat();
     let _claim = lock::claim(&lock::system_folder(), &served, &Holder::verb("sim"))?;
     let path = match &settings.control {
@@ -114,35 +118,30 @@ pub fn serve(
     };
     let failed = |source| SimError::Control { path: path.display().to_string(), source };
     let control = Control::listen(&path).map_err(failed)?;
-    let clock = Clock::real();
-    let link: Box<dyn EthernetLink> = match &name {
-        Some(name) => Box::new(PacketSocket::far_end(name, Box::new(move || clock.now()))?),
-        None => Box::new(NoInterface(clock)),
-    };
     let units = Units { unit: settings.unit, built: &[] };
     let pose_rad = settings.pose_rad.clone();
     let purpose = Purpose { seed: settings.seed, procedure: "sim", pose_rad, ..Purpose::default() };
-    let mut far_ends = units.far_ends(settings.rig, &purpose)?;
+    let far_ends = units.far_ends(settings.rig, &purpose)?;
+    let world = far_ends.world;
     if name.is_none() {
-        far_ends.world.trigger_every(Duration::from_secs_f64(1.0 / settings.rig.loop_rate_hz));
+        world.trigger_every(Duration::from_secs_f64(1.0 / settings.rig.loop_rate_hz));
     }
-    let lines = ServedLines::open(std::mem::take(&mut far_ends.lines))?;
-    let axes: Vec<String> = far_ends.world.truth().into_iter().map(|axis| axis.name).collect();
+    let lines = ServedLines::open(far_ends.lines)?;
+    let axes: Vec<String> = world.truth().into_iter().map(|axis| axis.name).collect();
     let open = |path: &PathBuf| TruthLog::create(path, settings.rig, &axes, settings.seed);
     let truth = settings.log.as_ref().map(open).transpose()?;
-    for (device, own) in (1..).zip(far_ends.line.names()) {
-        if let Some(name) = &name {
-            say(&format!("ethercat:{}/{device}  {own}", reached_by(name)));
-        }
+    if let Some(name) = &name {
+        reached(settings.rig, name, &far_ends.bus).iter().for_each(|line| say(line));
     }
     lines.names().for_each(|(address, device)| say(&format!("{address}  {device}")));
     say(&format!("control  {}", path.display()));
+    let bus = served_bus(name.as_deref(), far_ends.bus)?;
     let rights = Rights::ask();
     let given_up = privileges::give_up();
     for grant in rights.grants.iter().chain([&given_up]).filter(|grant| !grant.granted) {
         say(&format!("without  {}: {}", grant.what, grant.found));
     }
-    let server = Server::new(link, far_ends, lines, truth);
+    let server = Server::new(bus, lines, world, truth);
     let broken = |why| match why {
         Broken::Interface(source) => SimError::Interface { name: name.clone().unwrap_or_default(), source },
         Broken::Line(error) => SimError::Device(error),
@@ -152,17 +151,34 @@ pub fn serve(
     Ok(Report { lost_rows, ..report })
 }
 
-fn refuse_can(rig: &Rig) -> Result<(), DeviceError> {
-    if rig.can.is_none() {
-        return Ok(());
-    }
-    Err(DeviceError::Field {
-        device: format!("rig `{}`", rig.id),
-        field: "bus",
-        expected: "drives on EtherCAT".to_owned(),
-        found: "drives on a CAN bus, whose nodes this simulator does not serve to another process".to_owned(),
-        help: "rehearse the rig in process with `bench run --tier virtual`",
+/// The bus of the drives on an interface; one that nobody reaches without.
+fn served_bus(name: Option<&str>, bus: FarBus) -> Result<Box<dyn ServedBus>, DeviceError> {
+    let clock = Clock::real();
+    let Some(name) = name else { return Ok(Box::new(Unserved { clock, bus })) };
+    Ok(match bus {
+        FarBus::EtherCat(line) => {
+            let link = PacketSocket::far_end(name, Box::new(move || clock.now()))?;
+            Box::new(ServedEtherCat::new(link, line))
+        }
+        FarBus::Can(line) => {
+            let link = SocketCan::open(name, Box::new(move || clock.now()))?;
+            Box::new(ServedCan::new(link, line))
+        }
     })
+}
+
+/// A line for each station on an interface: address and name.
+fn reached(rig: &Rig, name: &str, bus: &FarBus) -> Vec<String> {
+    match bus {
+        FarBus::EtherCat(line) => {
+            let own = reached_by(name);
+            (1..).zip(line.names()).map(|(device, of)| format!("ethercat:{own}/{device}  {of}")).collect()
+        }
+        FarBus::Can(_) => {
+            let node = |axis: &crate::model::axis::RigAxis| (axis.drive.station, axis.name.clone());
+            rig.axes.iter().map(node).map(|(node, axis)| format!("can:{name}/{node}  {axis} drive")).collect()
+        }
+    }
 }
 
 /// The control socket of whoever serves a rig.
@@ -204,6 +220,9 @@ fn far_interface(settings: &Settings<'_>) -> Result<String, DeviceError> {
         None => peer_of(rig)?,
     };
     let found = kernel.interface(&name)?;
+    if rig.can.is_some() {
+        return if found.is_physical { Err(hardware_behind(&name)) } else { Ok(name) };
+    }
     if !found.is_pair {
         let reason = "it is no pair of virtual interfaces (veth), and a simulator must not answer where hardware may \
                       be: expected one end of a pair, made with `ip link add ecm type veth peer name ecs`";
@@ -213,13 +232,23 @@ fn far_interface(settings: &Settings<'_>) -> Result<String, DeviceError> {
     Ok(name)
 }
 
-/// The far end of the rig's own pair of virtual interfaces.
+/// A CAN interface at which a simulator must not answer.
+fn hardware_behind(name: &str) -> DeviceError {
+    let reason = "it has a controller, and a simulator must not answer where hardware may be: expected a virtual \
+                  interface, made with `ip link add dev can0 type vcan`";
+    interface::failure(name, reason.to_owned())
+}
+
+/// Where whoever serves a rig is: both ends of a CAN bus are on one interface, those of EtherCAT on a pair of virtual ones.
 fn peer_of(rig: &Rig) -> Result<String, DeviceError> {
     let Some(own) = rig.interface() else {
         let reason = "its drives have no network interface, so nothing can be served; choose a rig of tier `wired`, \
                       name the interface with `--interface`, or serve its serial lines and sockets alone with `--lines`";
         return Err(DeviceError::Bus { device: format!("rig `{}`", rig.id), reason: reason.to_owned() });
     };
+    if rig.can.is_some() {
+        return Ok(own.to_owned());
+    }
     Kernel::default().interface(own)?.peer.ok_or_else(|| {
         let reason =
             "the other end of its pair is not in this network name space; name it with `--interface`";

@@ -33,7 +33,7 @@ mod wired;
 
 pub(crate) use far_lines::{FarEnd, FarLine};
 pub use paced::PacedSite;
-pub(crate) use simulated::{FarEnds, Units, check_scenery};
+pub(crate) use simulated::{FarBus, FarWorld, Units, check_scenery};
 pub use teller::{path_for, tell};
 pub(crate) use unit_for_case::sim_unit_for_case;
 pub use r#virtual::VirtualSite;

@@ -16,10 +16,27 @@ const LONGEST: u64 = 4 << 20;
 /// How long a client may take to write its order or to take the answer.
 const PATIENCE: Duration = Duration::from_secs(5);
 
+/// How long a simulator that ends waits for a client to have its answer.
+const LAST_PATIENCE: Duration = Duration::from_millis(500);
+
 /// An order on its way to the simulator, and where the answer goes.
 pub(super) struct Asked {
     pub(super) order: Order,
-    pub(super) answer: Sender<Answer>,
+    answer: Sender<Answer>,
+    /// Closed when the client has the answer, or has gone.
+    told: Receiver<()>,
+}
+
+impl Asked {
+    /// Answers; whoever asked may have gone.
+    pub(super) fn answer(&self, answer: Answer) {
+        let _ = self.answer.send(answer);
+    }
+
+    /// Waits until the client has the answer, for a program that is about to end.
+    pub(super) fn wait_until_told(&self) {
+        let _ = self.told.recv_timeout(LAST_PATIENCE);
+    }
 }
 
 /// A socket that listens. It is removed when this is dropped.
@@ -86,20 +103,22 @@ fn converse(stream: &UnixStream, orders: &Sender<Asked>) -> io::Result<()> {
     }
     let mut lines = BufReader::new(io::Read::take(stream, LONGEST)).lines();
     while let Some(line) = lines.next().transpose()? {
-        let told = match order::read(&line) {
+        let (open, told) = mpsc::channel();
+        let given = match order::read(&line) {
             Err(why) => Answer::Refused(why),
-            Ok(order) => ask(order, orders),
+            Ok(order) => ask(order, orders, told),
         };
-        answer(stream, &told)?;
+        answer(stream, &given)?;
+        drop(open);
     }
     Ok(())
 }
 
-fn ask(order: Order, orders: &Sender<Asked>) -> Answer {
-    let (answer, told) = mpsc::channel();
-    let is_sent = orders.send(Asked { order, answer }).is_ok();
+fn ask(order: Order, orders: &Sender<Asked>, told: Receiver<()>) -> Answer {
+    let (answer, given) = mpsc::channel();
+    let is_sent = orders.send(Asked { order, answer, told }).is_ok();
     let ends = || Answer::Refused("the simulator ends".to_owned());
-    if is_sent { told.recv_timeout(PATIENCE).unwrap_or_else(|_| ends()) } else { ends() }
+    if is_sent { given.recv_timeout(PATIENCE).unwrap_or_else(|_| ends()) } else { ends() }
 }
 
 fn answer(mut stream: &UnixStream, answer: &Answer) -> io::Result<()> {
@@ -118,9 +137,8 @@ mod tests {
         std::thread::spawn(move || {
             loop {
                 if let Some(asked) = control.next() {
-                    let _ = asked.answer.send(Answer::Done("seen".to_owned()));
-                    // The answer is on its way before the socket goes.
-                    crate::clock::rest(Duration::from_millis(50));
+                    asked.answer(Answer::Done("seen".to_owned()));
+                    asked.wait_until_told();
                     return asked.order;
                 }
                 crate::clock::nap();

@@ -7,37 +7,10 @@ use std::time::Duration;
 
 use drivers::device::DeviceError;
 use drivers::wire::lines::LineAddress;
-use drivers::wire::{ByteLine, DatagramPort, EthernetLink};
+use drivers::wire::{ByteLine, DatagramPort};
 use sim_devices::served::{LinePump, PortPump};
 
-use crate::clock::Clock;
 use crate::site::{FarEnd, FarLine};
-
-/// The link of a simulator that serves lines alone: no frame ever comes.
-pub(super) struct NoInterface(pub(super) Clock);
-
-impl EthernetLink for NoInterface {
-    fn name(&self) -> &str {
-        "no interface"
-    }
-
-    fn send(&mut self, _frame: &[u8]) -> io::Result<()> {
-        Err(io::ErrorKind::NotConnected.into())
-    }
-
-    fn receive(&mut self, _into: &mut [u8]) -> io::Result<Option<usize>> {
-        Ok(None)
-    }
-
-    fn now(&self) -> Duration {
-        self.0.now()
-    }
-
-    fn wait(&mut self, until: Duration) -> io::Result<()> {
-        self.0.wait_until(until);
-        Ok(())
-    }
-}
 
 /// All lines that are served.
 pub(super) struct ServedLines(Vec<Served>);

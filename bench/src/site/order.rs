@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use procedures::case::Case;
 use serde::{Deserialize, Serialize};
+use sim_devices::canopen;
 use sim_devices::ethercat::{Emergency, LineFault};
 use sim_devices::rig::{EncoderFault, Fault};
 
@@ -11,8 +12,10 @@ use sim_devices::rig::{EncoderFault, Fault};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Order {
-    /// Something goes wrong on the wire, or is put right.
+    /// Something goes wrong on an EtherCAT wire, or is put right.
     Wire(WireFault),
+    /// Something goes wrong at a node of a CAN bus, or is put right.
+    Node(NodeFault),
     /// Something goes wrong in the world behind it, or is put right.
     World(WorldFault),
     /// The surroundings change as a point asks for: target, frame rate, pull.
@@ -46,6 +49,20 @@ pub enum WireFault {
     ClockStep { device: usize, by_ns: i64 },
     ClockDrift { device: usize, rate_ppm: f64 },
     Sync0Lost { device: usize, is_lost: bool },
+}
+
+/// Faults of nodes on a CAN bus, by node-ID.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[allow(missing_docs)]
+pub enum NodeFault {
+    Silent { node: u8, is_silent: bool },
+    HeartbeatStopped { node: u8, is_stopped: bool },
+    SdoMute { node: u8, is_mute: bool },
+    WrongToggle { node: u8 },
+    RefusesSdo { node: u8, code: Option<u32> },
+    Emergency { node: u8, code: u16, register: u8 },
+    Restart { node: u8 },
 }
 
 /// Faults of drives and of the world; `drive` is 0 for station 1.
@@ -109,6 +126,20 @@ impl From<WireFault> for LineFault {
     }
 }
 
+impl From<NodeFault> for canopen::NodeFault {
+    fn from(fault: NodeFault) -> Self {
+        match fault {
+            NodeFault::Silent { node, is_silent } => Self::Silent { node, is_silent },
+            NodeFault::HeartbeatStopped { node, is_stopped } => Self::HeartbeatStopped { node, is_stopped },
+            NodeFault::SdoMute { node, is_mute } => Self::SdoMute { node, is_mute },
+            NodeFault::WrongToggle { node } => Self::WrongToggle { node },
+            NodeFault::RefusesSdo { node, code } => Self::RefusesSdo { node, code },
+            NodeFault::Emergency { node, code, register } => Self::Emergency { node, code, register },
+            NodeFault::Restart { node } => Self::Restart { node },
+        }
+    }
+}
+
 impl From<WorldFault> for Fault {
     fn from(fault: WorldFault) -> Self {
         match fault {
@@ -152,6 +183,10 @@ mod tests {
             (
                 r#"{"wire":{"delay":{"frames":1,"by_s":0.3}}}"#,
                 Order::Wire(WireFault::Delay { frames: 1, by_s: 0.3 }),
+            ),
+            (
+                r#"{"node":{"silent":{"node":2,"is_silent":true}}}"#,
+                Order::Node(NodeFault::Silent { node: 2, is_silent: true }),
             ),
             (r#"{"world":"supply-lost"}"#, Order::World(WorldFault::SupplyLost)),
         ];

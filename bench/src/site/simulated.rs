@@ -5,6 +5,7 @@ use std::time::Duration;
 use drivers::device::DeviceError;
 use drivers::wire::ethercat::EtherCatSettings;
 use procedures::case::Case;
+use sim_devices::canopen::CanOpenLine;
 use sim_devices::ethercat::{EtherCatLine, Terminals};
 use sim_devices::rig::{
     AxesTruth, AxisTruth, DriveType, Fault, SeedAddress, SimulatedRig, SimulatedTable, StartState,
@@ -98,12 +99,20 @@ impl Units<'_> {
 
 /// A simulated world whose wires end in this process, for whoever serves them to another one.
 pub(crate) struct FarEnds {
-    /// SubDevices of its EtherCAT wire.
-    pub(crate) line: Box<dyn EtherCatLine>,
+    /// What answers on the bus of its drives.
+    pub(crate) bus: FarBus,
     /// Serial lines and sockets of its devices.
     pub(crate) lines: Vec<FarLine>,
     /// What is behind them.
     pub(crate) world: Box<dyn FarWorld>,
+}
+
+/// Simulated stations on the bus of the drives.
+pub(crate) enum FarBus {
+    /// SubDevices of an EtherCAT wire.
+    EtherCat(Box<dyn EtherCatLine>),
+    /// Nodes of a CAN bus.
+    Can(Box<dyn CanOpenLine>),
 }
 
 /// The world behind far ends.
@@ -134,7 +143,10 @@ impl Units<'_> {
         for (device, &station) in stations(rig).iter().enumerate().filter(|&(k, &s)| usize::from(s) != k + 1)
         {
             let failed = |reason| DeviceError::Bus { device: format!("rig `{}`", rig.id), reason };
-            far_ends.line.set_alias(device, station).map_err(failed)?;
+            match &mut far_ends.bus {
+                FarBus::EtherCat(line) => line.set_alias(device, station).map_err(failed)?,
+                FarBus::Can(_) => return Err(other_node(rig, station)),
+            }
         }
         Ok(far_ends)
     }
@@ -148,8 +160,12 @@ impl Units<'_> {
             World::Table(settings) => {
                 check_names(settings, rig)?;
                 let simulated = SimulatedTable::new(settings, &address, &purpose.pose_rad);
-                let (line, lines) = (simulated.ethercat_line(terminals), far_lines(rig, None)?);
-                return Ok(FarEnds { line, lines, world: Box::new(AroundTable { simulated }) });
+                let bus = match rig.can {
+                    Some(_) => FarBus::Can(simulated.canopen_line()),
+                    None => FarBus::EtherCat(simulated.ethercat_line(terminals)),
+                };
+                let lines = far_lines(rig, None)?;
+                return Ok(FarEnds { bus, lines, world: Box::new(AroundTable { simulated }) });
             }
             World::Director(settings) => settings,
         };
@@ -158,10 +174,25 @@ impl Units<'_> {
         let types = device_types(rig);
         let simulated = SimulatedRig::with_devices(settings, &address, start, rig.loop_rate_hz, types);
         make_drives(rig, &simulated);
-        let (line, lines) = (simulated.ethercat_line(terminals), far_lines(rig, Some(&simulated))?);
+        let bus = match rig.can {
+            Some(_) => FarBus::Can(simulated.canopen_line()),
+            None => FarBus::EtherCat(simulated.ethercat_line(terminals)),
+        };
+        let lines = far_lines(rig, Some(&simulated))?;
         let (settings, rig) = (settings.as_ref().clone(), rig.clone());
         let world = Box::new(AroundDirector { simulated, settings, rig, names, address });
-        Ok(FarEnds { line, lines, world })
+        Ok(FarEnds { bus, lines, world })
+    }
+}
+
+/// A node-ID that no simulated node has: they are numbered from 1, in the order of the drives.
+fn other_node(rig: &Rig, node: u16) -> DeviceError {
+    DeviceError::Field {
+        device: format!("rig `{}`", rig.id),
+        field: "ports",
+        expected: format!("node-IDs 1 to {}, as simulated drives have them", rig.axes.len()),
+        found: format!("node {node}"),
+        help: "number the drives from 1 in the rig file that is rehearsed",
     }
 }
 

@@ -6,6 +6,9 @@ use super::point::whole;
 use crate::measurement::Exclusion;
 use crate::reason::{MirrorReason, Reason};
 
+/// Rows by which a median over periods may be beside a whole number of them: the jitter of a tick at 4 kHz.
+const JITTER_ROWS: f64 = 0.05;
+
 /// Periods that count.
 #[derive(Clone, Debug)]
 pub(super) struct Periods {
@@ -42,7 +45,7 @@ impl Periods {
             let rows = (0..count).map(|k| start + k * length..start + (k + 1) * length).collect();
             return Ok(Self { row_s: mean_s, rows, left_out_count: 0 });
         };
-        let row_s = step_s(times, last - first);
+        let row_s = step_s(times, period_s);
         let length = whole(period_s / row_s)?;
         let row_before = |time: f64| range.start + times.partition_point(|&t| t < time);
         let period = |k: usize| {
@@ -78,11 +81,22 @@ fn is_gap(pair: &[f64], row_s: f64) -> bool {
     (pair[1] - pair[0] - row_s).abs() > 0.5 * row_s
 }
 
-/// Time from row to row over a record with gaps, which are whole rows: real ticks come early and late, so that no single step tells it.
-fn step_s(times: &[f64], lasts_s: f64) -> f64 {
-    let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    steps.sort_by(f64::total_cmp);
-    lasts_s / (lasts_s / steps[steps.len() / 2]).round()
+/// Time from row to row over a record with gaps. Real ticks come early and late, so that over a long period the error of a median
+/// step can add up to rows: the median of the times that as many rows take as a period has is then nearer.
+fn step_s(times: &[f64], period_s: f64) -> f64 {
+    let step_s = median(times.windows(2).map(|pair| pair[1] - pair[0]).collect());
+    let rows = (period_s / step_s).round().clamp(1.0, (times.len() - 1) as f64);
+    let spans = times.iter().zip(&times[rows as usize..]).map(|(begin, end)| end - begin);
+    let span_s = median(spans.collect());
+    let nearly_whole = |rows: f64| (rows - rows.round()).abs() < JITTER_ROWS;
+    // Rows of a period are whole ones: what is left is jitter.
+    let counted = [period_s / step_s, period_s * rows / span_s].into_iter().find(|&rows| nearly_whole(rows));
+    counted.map_or(step_s, |rows| period_s / rows.round())
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
 }
 
 #[cfg(test)]
@@ -112,6 +126,24 @@ mod tests {
         let periods = Periods::last(&time_s, 0..time_s.len(), 0.01, 8).expect("seven are left");
         assert!((periods.row_s - 1e-3).abs() < 1e-6, "{}", periods.row_s);
         assert_eq!(periods.rows.len(), 7);
+    }
+
+    #[test]
+    fn late_ticks_and_a_gap_leave_a_long_period_whole() {
+        // 4 kHz: every third tick is 60 us late, every fifth 40 us early, and 25 rows are missing.
+        let late_s = |k: usize| {
+            f64::from(u8::from(k.is_multiple_of(3))) * 60e-6
+                - f64::from(u8::from(k.is_multiple_of(5))) * 40e-6
+        };
+        let time_s: Vec<f64> = (0..10_000)
+            .filter(|k| !(6_200..6_225).contains(k))
+            .map(|k| 250e-6 * k as f64 + late_s(k))
+            .collect();
+        let periods = Periods::last(&time_s, 0..time_s.len(), 0.25, 8).expect("seven are left");
+        assert!((periods.row_s / 250e-6 - 1.0).abs() < 1e-9, "{}", periods.row_s);
+        assert!(periods.rows.len() == 7 && periods.rows.iter().all(|rows| rows.len() == 1000));
+        let broken = Periods::last(&time_s, 0..time_s.len(), 0.250_1, 8).expect_err("1000.4 rows");
+        assert!(broken.to_string().contains("expected a whole number"), "{broken}");
     }
 
     #[test]
