@@ -29,6 +29,9 @@ const FLAT_HARMONICS: f64 = 5.0;
 /// α is flat to 1 % within these bounds, Hz. Below, the window of the differentiator would reach from the plateau into the
 /// ramps; above, the noise of the encoder's quantum, differentiated twice, would rule.
 const FLAT_HZ: [f64; 2] = [5.0, 25.0];
+/// Missing rows are bridged where a cubic through the rows around them follows this multiple of the cogging frequency: what is
+/// faster is small, and is averaged over whole periods.
+const BRIDGED_HARMONICS: f64 = 2.0;
 /// Time that is left out at both ends of a plateau at least.
 const SETTLE_S: f64 = 0.25;
 /// Time that is left out at the end of a plateau.
@@ -94,7 +97,7 @@ fn ran<'a>(
     let period_rad = TAU / limits.cogging_orders_per_rev;
     let cogging_hz = velocity_rad_per_s / period_rad;
     let flat_hz = (FLAT_HARMONICS * cogging_hz).clamp(FLAT_HZ[0], FLAT_HZ[1]);
-    if rows.unbridged(flat_hz).is_some() {
+    if rows.unbridged((BRIDGED_HARMONICS * cogging_hz).clamp(FLAT_HZ[0], flat_hz)).is_some() {
         return Err(FrictionReason::RowsMissingInStrokes.into());
     }
     let mut ran = Ran {

@@ -36,24 +36,30 @@ fn elevation_friction_unbalance_and_spring_come_back() {
     assert_eq!(ids.len(), 8, "{ids:?}");
 }
 
-/// Flat to 5 Hz, 20 ms are bridged; a longer stall leaves no friction.
+/// At 2 deg/s motion up to 5 Hz counts, and 20 ms are bridged; at 10 deg/s twice the cogging frequency of 4 Hz counts, and 12.5 ms are.
 #[test]
 fn rows_that_a_stall_cuts_out_of_a_stroke_are_bridged_and_flagged_or_leave_no_friction() {
-    let text = "[sweep]\nvelocity = [\"2 deg/s\"]\nspan = \"-20 deg .. 20 deg\"\ncycles = 1\n";
-    let stalled = |lasted_s: f64| {
-        let conclusion = run_spoiled(text, &azimuth(), RATE_HZ, 1, |window| {
-            let span = window.segments.last().expect("the strokes").clone();
-            let from_s = span.start_s + 0.2 * (span.end_s - span.start_s);
-            window.topics.iter_mut().for_each(|rows| rows.cut(from_s, from_s + lasted_s));
-        });
-        find(&conclusion, "friction-torque").clone()
-    };
-    let [whole, bridged, torn] = [0.0, 0.01, 0.03].map(stalled);
-    let [whole_nm, bridged_nm] = [&whole, &bridged].map(|m| m.value.expect("slid"));
-    assert!((bridged_nm - whole_nm).abs() < 0.02 * whole.u.max(0.5), "{bridged_nm} against {whole_nm}");
-    let flag = "rows missing for up to 10 ms, bridged";
-    assert!(bridged.flags.iter().any(|f| f == flag), "{:?}", bridged.flags);
-    assert!(whole.flags.iter().all(|f| f != flag) && torn.value.is_none(), "{torn:?}");
+    for (velocity, rate_hz, [bridged_s, torn_s]) in
+        [("2", RATE_HZ, [0.01, 0.03]), ("10", 250.0, [0.009, 0.015])]
+    {
+        let text =
+            format!("[sweep]\nvelocity = [\"{velocity} deg/s\"]\nspan = \"-20 deg .. 20 deg\"\ncycles = 1\n");
+        let stalled = |lasted_s: f64| {
+            let conclusion = run_spoiled(&text, &azimuth(), rate_hz, 1, |window| {
+                let span = window.segments.last().expect("the strokes").clone();
+                let from_s = span.start_s + 0.2 * (span.end_s - span.start_s);
+                window.topics.iter_mut().for_each(|rows| rows.cut(from_s, from_s + lasted_s));
+            });
+            find(&conclusion, "friction-torque").clone()
+        };
+        let [whole, bridged, torn] = [0.0, bridged_s, torn_s].map(stalled);
+        let [whole_nm, bridged_nm] = [&whole, &bridged].map(|m| m.value.expect("slid"));
+        assert!((bridged_nm - whole_nm).abs() < 0.02 * whole.u.max(0.5), "{bridged_nm} against {whole_nm}");
+        let is_flagged =
+            |m: &Measurement| m.flags.iter().any(|flag| flag.starts_with("rows missing for up to 1"));
+        assert!(is_flagged(&bridged) && !is_flagged(&whole), "{:?}", bridged.flags);
+        assert!(torn.value.is_none(), "{torn:?}");
+    }
 }
 
 #[test]
