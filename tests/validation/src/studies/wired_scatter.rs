@@ -8,14 +8,16 @@
 //!   no noise reaches a step, a stop or a margin; any difference is then many standard deviations.
 //! - *z*: in the root of the sum of the squares of that scatter and of the standard uncertainty that the value itself states.
 //!
-//! The drives of a rehearsal follow SYNC0 as those on the wire do, so that the transport offset of one tick is in both.
+//! The drives of a rehearsal follow SYNC0 as those on the wire do, so that the transport offset of one tick is in both. What is left
+//! of it is where the tick lies between two pulses: that offset is read from the transport delays, printed and taken out of them.
 //!
-//! Verdicts must be equal, |z| <= 2 for 90 % of the values and <= 4 for all. Ends with 1 where that is not so.
+//! Verdicts must be equal, |z| <= 2 for 90 % of the other values and <= 4 for all. Ends with 1 where that is not so.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
+use procedures::quantity::QuantityKind;
 use reports::record::Results;
 
 /// Where most values must lie, and all.
@@ -23,6 +25,9 @@ const MOST_WITHIN: f64 = 2.0;
 const ALL_WITHIN: f64 = 4.0;
 /// Share of the values that must lie within the first.
 const MOST: f64 = 0.9;
+
+/// Measurands that are the transport offset itself.
+const TRANSPORT_DELAYS: [&str; 3] = [" transport-out ", " transport-back ", " transport-round-trip "];
 
 /// A value by its place: procedure, point, measurand, axis, conditions.
 type Values = BTreeMap<String, (f64, f64)>;
@@ -77,6 +82,7 @@ fn compare(options: &Options) -> Result<bool, String> {
     let page: serde_json::Value = serde_json::from_str(&page).map_err(|e| e.to_string())?;
     let campaign = page["campaign"].as_str().ok_or("run.json names no campaign")?.to_owned();
     let rig = page["rig"]["name"].as_str().ok_or("run.json names no rig")?.to_owned();
+    let loop_rate_hz = loop_rate_hz(page["rig"]["text"].as_str().unwrap_or_default())?;
     let rig = rig.trim_start_matches("shipped:").trim_end_matches(".toml").to_owned();
     let folder = tempfile::tempdir().map_err(|e| e.to_string())?;
     let mut virtual_runs = Vec::new();
@@ -88,7 +94,7 @@ fn compare(options: &Options) -> Result<bool, String> {
         command.output().map_err(|e| format!("{}: {e}", options.program.display()))?;
         virtual_runs.push(read(&out)?);
     }
-    Ok(print(&over_wire, &virtual_runs))
+    Ok(print(&over_wire, &virtual_runs, loop_rate_hz))
 }
 
 /// Distances of a value over the wire from the values in virtual time.
@@ -118,7 +124,7 @@ impl Distance {
 }
 
 /// Prints the table; whether everything is as it must be.
-fn print(over_wire: &Run, virtual_runs: &[Run]) -> bool {
+fn print(over_wire: &Run, virtual_runs: &[Run], loop_rate_hz: f64) -> bool {
     let (mut by_scatter, mut sizes) = (Vec::new(), Vec::new());
     println!(
         "{:>7} {:>11} {:>13} {:>13} {:>10} {:>10}  value",
@@ -135,6 +141,10 @@ fn print(over_wire: &Run, virtual_runs: &[Run]) -> bool {
         };
         let Distance { mean, scatter, by_scatter: alone, z } = distance;
         println!("{z:>7.2} {alone:>11.3e} {value:>13.6e} {mean:>13.6e} {scatter:>10.2e} {u:>10.2e}  {name}");
+        if TRANSPORT_DELAYS.iter().any(|delay| name.contains(delay)) {
+            println!("{:>7} transport offset: {:.3} ticks", "", loop_rate_hz * (value - mean));
+            continue;
+        }
         by_scatter.push(alone.abs());
         sizes.push(z.abs());
     }
@@ -152,6 +162,13 @@ fn print(over_wire: &Run, virtual_runs: &[Run]) -> bool {
         are_equal &= 2 * same > others.len();
     }
     are_equal && !sizes.is_empty() && all == sizes.len() && most as f64 >= MOST * sizes.len() as f64
+}
+
+/// The loop rate that a rig file names.
+fn loop_rate_hz(rig: &str) -> Result<f64, String> {
+    let named = rig.lines().find_map(|line| line.strip_prefix("loop-rate = \"")?.split('"').next());
+    let named = named.ok_or("the rig of run.json names no loop rate")?;
+    QuantityKind::Frequency.parse(named).map_err(|error| format!("loop-rate: {error}"))
 }
 
 fn read(folder: &Path) -> Result<Run, String> {
