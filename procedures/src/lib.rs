@@ -23,6 +23,7 @@ pub mod procedure;
 pub mod pull;
 pub mod quantity;
 pub mod reason;
+pub mod regression;
 pub mod requirement;
 pub mod schema;
 pub mod stimulus;

@@ -138,6 +138,7 @@ fn shape_schema(shape: &Shape) -> Value {
         Shape::Text => json!({ "type": "string" }),
         Shape::Texts => json!({ "type": "array", "items": { "type": "string" } }),
         Shape::Integer => json!({ "type": "integer" }),
+        Shape::Integers => json!({ "type": "array", "items": { "type": "integer" } }),
         Shape::Boolean => json!({ "type": "boolean" }),
         Shape::Choice(words) => json!({ "enum": words }),
         Shape::Quantity(kind) => quantity(*kind),
@@ -172,6 +173,7 @@ fn limit(kind: QuantityKind) -> Value {
 fn default_value(shape: &Shape, text: &str) -> Value {
     match shape {
         Shape::Integer => text.parse::<i64>().map_or(Value::Null, Value::from),
+        Shape::Integers => text.split(',').filter_map(|item| item.trim().parse::<i64>().ok()).collect(),
         Shape::Boolean => json!(text == "true"),
         Shape::Texts | Shape::Quantities(_) | Shape::QuantitiesOf(_) => {
             let items = text.split(',').map(str::trim).filter(|item| !item.is_empty());

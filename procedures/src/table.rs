@@ -22,6 +22,8 @@ pub enum Shape {
     Texts,
     /// A whole number.
     Integer,
+    /// A list of whole numbers.
+    Integers,
     /// true or false.
     Boolean,
     /// One of these words.
@@ -103,6 +105,7 @@ impl Shape {
             Self::Text => "text in quotes".to_owned(),
             Self::Texts => "a list of texts such as `[\"…\", \"…\"]`".to_owned(),
             Self::Integer => "a whole number".to_owned(),
+            Self::Integers => "a list of whole numbers such as `[5, 10]`".to_owned(),
             Self::Boolean => "`true` or `false`".to_owned(),
             Self::Choice(words) => format!("one of {}", quoted(words.iter().copied())),
             Self::Quantity(kind) => format!("{} such as `\"{}\"`", kind.noun(), kind.example()),

@@ -124,6 +124,16 @@ impl<'a> TableReader<'a> {
         Some(value)
     }
 
+    /// List of whole numbers, each with its place, for mistakes about one of them.
+    pub fn integers(&mut self, key: &'static str) -> Option<Vec<(i64, Range<usize>)>> {
+        let (asked, given) = self.take(key)?;
+        let read = match asked.shape {
+            Shape::Integers => given.integers(&asked),
+            _ => misuse(key, "integers"),
+        };
+        self.keep(read)
+    }
+
     /// Whole number from `least` to 10 000: more cycles, points or repeats than any test has.
     pub fn count(&mut self, key: &'static str, least: i64) -> Option<u32> {
         const MOST: u32 = 10_000;

@@ -85,6 +85,24 @@ impl<'a> Given<'a> {
         }
     }
 
+    /// The whole numbers of a list, each with its place.
+    pub(super) fn integers(&self, asked: &Asked<'_>) -> Read<Vec<(i64, Range<usize>)>> {
+        let value = match self {
+            Self::Default(text, span) => {
+                let items = text.split(',').filter_map(|item| item.trim().parse().ok());
+                return Ok(items.map(|number| (number, span.clone())).collect());
+            }
+            Self::Written(value) => *value,
+        };
+        let DeValue::Array(items) = value.get_ref() else {
+            return Err(self.mismatch(asked, value.get_ref()));
+        };
+        if let Some(wrong) = Wrong::too_many(asked, items.len(), self.span()) {
+            return Err(wrong);
+        }
+        items.iter().map(|item| Ok((Given::Written(item).integer(asked)?, item.span()))).collect()
+    }
+
     pub(super) fn boolean(&self, asked: &Asked<'_>) -> Read<bool> {
         match self {
             Self::Default(text, _) => Ok(*text == "true"),

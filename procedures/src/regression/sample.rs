@@ -1,0 +1,147 @@
+//! What a comparison is told: both arms' values of each criterion on each unit, and what may be wrong with them.
+
+use serde::{Deserialize, Serialize};
+
+/// One of the two controllers of a comparison.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
+#[serde(rename_all = "kebab-case")]
+pub enum ArmName {
+    /// The one that is compared with.
+    #[error("baseline")]
+    Baseline,
+    /// The one that is compared.
+    #[error("candidate")]
+    Candidate,
+}
+
+/// What one arm measured on one unit with one seed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Reading {
+    /// Value in the SI unit of the measurand; `None` where the measurement is inconclusive.
+    pub value: Option<f64>,
+    /// Standard uncertainty of the value, same unit.
+    pub u: f64,
+    /// Whether the requirement passes, with or without condition.
+    pub passes: bool,
+}
+
+/// Both arms on one unit with one seed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Sample {
+    /// Number of the unit.
+    pub unit: u32,
+    /// Seed of the run, the same in both arms.
+    pub seed: u64,
+    /// Reading with the baseline.
+    pub baseline: Reading,
+    /// Reading with the candidate.
+    pub candidate: Reading,
+}
+
+/// All samples of one criterion.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CriterionSamples {
+    /// Id of the requirement, as in the criterion.
+    pub requirement: String,
+    /// Measurand, as in the criterion.
+    pub measurand: String,
+    /// In any order; each pair of unit and seed once.
+    pub samples: Vec<Sample>,
+}
+
+/// Why a comparison cannot be decided at all: its input is wrong.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum RegressionError {
+    /// A criterion of the file that nothing was measured for.
+    #[error(
+        "criterion {requirement} ({measurand}): no sample of it was given; expected one for each unit: measure \
+         {requirement} in the campaign or remove the criterion"
+    )]
+    NoSamples {
+        /// Id of the requirement.
+        requirement: String,
+        /// Measurand.
+        measurand: String,
+    },
+    /// Samples that no criterion asks for, or that are given twice.
+    #[error(
+        "samples of {requirement} ({measurand}): {given} lists of them, {asked} criteria; expected one list for \
+         each criterion of the file"
+    )]
+    Unmatched {
+        /// Id of the requirement.
+        requirement: String,
+        /// Measurand.
+        measurand: String,
+        /// Lists of samples of this name.
+        given: usize,
+        /// Criteria of this name.
+        asked: usize,
+    },
+    /// One unit and seed more than once.
+    #[error(
+        "criterion {requirement} ({measurand}): unit {unit} with seed {seed} is given {count} times; expected once: \
+         check that no shard was merged twice"
+    )]
+    Repeated {
+        /// Id of the requirement.
+        requirement: String,
+        /// Measurand.
+        measurand: String,
+        /// Number of the unit.
+        unit: u32,
+        /// Seed of the run.
+        seed: u64,
+        /// How often it is given.
+        count: usize,
+    },
+    /// A value in one arm only.
+    #[error(
+        "criterion {requirement} ({measurand}), unit {unit}, seed {seed}: the {missing} has no value and the other arm has \
+         {found:e} (SI); expected values of both arms: run this unit alone with the {missing} and see why it is \
+         inconclusive there"
+    )]
+    OneSided {
+        /// Id of the requirement.
+        requirement: String,
+        /// Measurand.
+        measurand: String,
+        /// Number of the unit.
+        unit: u32,
+        /// Seed of the run.
+        seed: u64,
+        /// The arm without a value.
+        missing: ArmName,
+        /// Value of the other arm, SI.
+        found: f64,
+    },
+    /// A value or an uncertainty that is no number.
+    #[error(
+        "criterion {requirement} ({measurand}), unit {unit}, seed {seed}: the {arm} has value {value} and standard \
+         uncertainty {u}; expected finite numbers, the uncertainty not negative: measure this arm again"
+    )]
+    NoNumber {
+        /// Id of the requirement.
+        requirement: String,
+        /// Measurand.
+        measurand: String,
+        /// Number of the unit.
+        unit: u32,
+        /// Seed of the run.
+        seed: u64,
+        /// The arm.
+        arm: ArmName,
+        /// Its value, SI.
+        value: f64,
+        /// Its standard uncertainty, SI.
+        u: f64,
+    },
+    /// A look that the criteria file does not plan.
+    #[error("look {number} is asked for; expected 1 to {looks}, as `looks` of the criteria file plans them")]
+    NoSuchLook {
+        /// The look that is asked for.
+        number: usize,
+        /// Number of looks that are planned.
+        looks: usize,
+    },
+}
