@@ -15,6 +15,7 @@ pub mod effort;
 pub mod estimate;
 pub mod even_rows;
 pub mod excitation;
+pub mod family_wise;
 pub mod following;
 pub mod frf;
 pub mod friction;
