@@ -10,8 +10,8 @@ fn every_verb_of_the_help_answers_and_the_readme_names_it() {
     let help = run_in(folder.path(), &["--help"]);
     assert_eq!(help.code, 0);
     for verb in [
-        "run", "check", "plan", "list", "rejudge", "report", "explain", "schema", "devices", "init",
-        "import", "rtcheck", "monitor",
+        "run", "check", "plan", "list", "rejudge", "compare", "report", "explain", "schema", "devices",
+        "init", "import", "rtcheck", "monitor",
     ] {
         assert!(help.out.contains(verb), "{verb} is not in the help");
         assert!(README.contains(verb), "{verb} is not in the README");
@@ -77,6 +77,7 @@ fn explain_knows_every_kind_requirement_unit_and_the_exit_codes() {
         "import-file",
         "answers-file",
         "waivers-file",
+        "published-file",
     ] {
         let said = run_in(folder.path(), &["explain", name]);
         assert_eq!(said.code, 0, "{name}: {}", said.err);

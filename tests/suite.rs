@@ -5,6 +5,7 @@ mod blind;
 mod campaigns;
 mod can;
 mod closed_loop;
+mod comparison;
 mod confounded;
 mod defects;
 mod devices;

@@ -6,6 +6,7 @@ use crate::exit;
 use crate::people::console;
 
 mod check;
+mod compare;
 mod devices;
 mod explain;
 mod import;
@@ -47,6 +48,8 @@ enum Verb {
     List(list::Args),
     /// Judge a run folder or a single log again and show what differs
     Rejudge(rejudge::Args),
+    /// Compare the findings of two runs, or of a run and published values
+    Compare(compare::Args),
     /// Write the report of a run in another format
     Report(report::Args),
     /// Explain a kind, requirement, measurand, rig, unit or topic
@@ -119,6 +122,7 @@ fn dispatch(verb: Verb) -> u8 {
         Verb::Plan(args) => plan::run(&args),
         Verb::List(args) => list::run(&args),
         Verb::Rejudge(args) => rejudge::run(&args),
+        Verb::Compare(args) => compare::run(&args),
         Verb::Report(args) => report::run(&args),
         Verb::Explain(args) => explain::run(&args),
         Verb::Schema(args) => schema::run(&args),

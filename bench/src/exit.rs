@@ -11,7 +11,7 @@ pub struct ExitCode {
 
 /// Pass or conditional pass; a screening without a shortfall.
 pub const PASS: u8 = 0;
-/// Fail or conditional fail.
+/// Fail or conditional fail; a difference between runs that are compared.
 pub const FAIL: u8 = 1;
 /// Usage, unreadable input, bad file.
 pub const USAGE: u8 = 2;
@@ -52,7 +52,10 @@ pub const EXIT_CODES: &[ExitCode] = &[
         meaning: "stopped by SIGXCPU (limit of processor time); the rig was brought to its safe state",
     },
     ExitCode { code: INTERNAL, meaning: "internal error: a defect in the bench, please report it" },
-    ExitCode { code: FAIL, meaning: "a requirement is not met (fail or conditional fail)" },
+    ExitCode {
+        code: FAIL,
+        meaning: "a requirement is not met (fail or conditional fail); `compare` finds a difference",
+    },
     ExitCode { code: BENCH, meaning: "the bench, a device or the output failed (I/O)" },
     ExitCode {
         code: DAMAGED,

@@ -104,7 +104,7 @@ fn apart_u(a: &Measurement, b: &Measurement) -> Option<f64> {
 }
 
 /// Whether both are estimates of one quantity under the same conditions.
-fn is_same(a: &Measurement, b: &Measurement) -> bool {
+pub(crate) fn is_same(a: &Measurement, b: &Measurement) -> bool {
     let alike = |(x, y): (&Condition, &Condition)| x.name == y.name && x.requested == y.requested;
     a.measurand == b.measurand
         && a.axis == b.axis

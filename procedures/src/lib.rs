@@ -10,6 +10,7 @@ pub mod agreement;
 pub mod axis;
 pub mod campaign;
 pub mod case;
+pub mod comparison;
 pub mod condition;
 pub mod device;
 pub mod diagnostic;

@@ -16,6 +16,7 @@ mod roll_up;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use decide::two_sided_tail;
 pub use decide::{coverage_factor, judge};
 pub use roll_up::roll_up;
 

@@ -25,7 +25,7 @@ pub fn findings(findings: &Findings) -> String {
     to_text(&finite)
 }
 
-fn to_text(value: &impl Serialize) -> String {
+pub(crate) fn to_text(value: &impl Serialize) -> String {
     let mut bytes = Vec::new();
     let mut serializer = serde_json::Serializer::with_formatter(&mut bytes, Layout::default());
     value

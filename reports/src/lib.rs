@@ -3,6 +3,7 @@
 //! A caller fills [`record::Results`]; each renderer of [`FORMATS`] is a pure function from it to the bytes of a file. Nothing here
 //! reads a clock, a file or a locale: the same results give the same bytes.
 
+pub mod comparison;
 mod coverage;
 pub mod csv;
 pub mod html;

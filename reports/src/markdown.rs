@@ -159,13 +159,13 @@ fn table<const N: usize>(out: &mut String, head: &[&str; N], rows: &[[String; N]
     out.push('\n');
 }
 
-fn table_row(out: &mut String, cells: &[String]) {
+pub(crate) fn table_row(out: &mut String, cells: &[String]) {
     let cells: Vec<String> = cells.iter().map(|c| text(c)).collect();
     let _ = writeln!(out, "| {} |", cells.join(" | "));
 }
 
 /// Text that neither ends a cell nor starts an element, emphasis or link, nor steers a terminal.
-fn text(text: &str) -> String {
+pub(crate) fn text(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
         match c {

@@ -8,6 +8,7 @@ use crate::plan::PlanError;
 
 pub(super) use crate::people::columns::Columns;
 pub(super) use crate::people::console::{note, say, say_parts};
+pub(super) use reports::terminal::table;
 
 /// How the program was called, for the record; what is not UTF-8 is replaced.
 pub(super) fn command_line() -> String {
@@ -48,20 +49,4 @@ pub(super) fn plan_error(found: &PlanError, refusal: u8) -> u8 {
             exit::NOTHING_SELECTED
         }
     }
-}
-
-/// Rows as aligned columns, the header first.
-pub(super) fn table(rows: &[Vec<String>]) -> String {
-    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
-    let width = |c: usize| rows.iter().filter_map(|r| r.get(c)).map(|s| s.chars().count()).max().unwrap_or(0);
-    let widths: Vec<usize> = (0..columns).map(width).collect();
-    let line = |row: &Vec<String>| {
-        let cells: Vec<String> = row
-            .iter()
-            .zip(&widths)
-            .map(|(cell, &w)| format!("{cell}{}", " ".repeat(w - cell.chars().count())))
-            .collect();
-        cells.join("  ").trim_end().to_owned()
-    };
-    rows.iter().map(line).collect::<Vec<_>>().join("\n")
 }

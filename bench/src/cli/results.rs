@@ -22,7 +22,7 @@ fn read(run: &Path) -> Result<Results, u8> {
         output::error(&format!("{}: cannot be read: {e}; {help}", path.display()));
         exit::USAGE
     })?;
-    serde_json::from_str(&text).map_err(|e| {
+    reports::json::parse(&text).map_err(|e| {
         output::error(&format!("{}: not results of this program: {e}", path.display()));
         unusable(run)
     })

@@ -1,5 +1,6 @@
 //! `bench schema`: JSON Schema of the files that people write, from the same field lists that read them.
 
+use procedures::comparison::PUBLISHED_FIELDS;
 use procedures::diagnostic::Diagnostic;
 use procedures::kinds::{KINDS, Kind};
 use procedures::log::EVENTS_SCHEMA;
@@ -17,8 +18,8 @@ use crate::rig::driver::Driver;
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
     /// File type: `procedure`, a kind of procedure such as `hysteresis`, `campaign`, `requirements`, `rig`, `unit`,
-    /// `unit-table`, `parameters`, `profile`, `reader`, `import`, `answers`, `waivers`; or `events` for the lines of `run --json`,
-    /// `log-events` for topic `/events` of a log; all of them as one object if not given
+    /// `unit-table`, `parameters`, `profile`, `reader`, `import`, `answers`, `waivers`, `published`; or `events` for the lines of
+    /// `run --json`, `log-events` for topic `/events` of a log; all of them as one object if not given
     sort: Option<String>,
     /// Rig whose axes procedures may move: a shipped name or a path
     #[arg(long)]
@@ -44,6 +45,7 @@ fn schemas() -> Vec<(String, Value)> {
         ("import", import_map::FIELDS),
         ("answers", answers::FIELDS),
         ("waivers", waivers::FIELDS),
+        ("published", PUBLISHED_FIELDS),
     ] {
         all.push((name.to_owned(), schema::json_schema(fields)));
     }

@@ -32,6 +32,11 @@ fn upper_tail(z: f64, dof: Option<f64>) -> f64 {
     }
 }
 
+/// P(|T| > z) with ν degrees of freedom, of `z` ≥ 0.
+pub(crate) fn two_sided_tail(z: f64, dof: Option<f64>) -> f64 {
+    (2.0 * upper_tail(z, dof)).min(1.0)
+}
+
 /// `None` stands for infinitely many degrees of freedom.
 fn student(dof: Option<f64>) -> Option<StudentsT> {
     /// From here on t and normal agree to 1e-6 in k, and the incomplete beta function loses digits.

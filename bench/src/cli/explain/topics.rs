@@ -1,6 +1,7 @@
 //! Pages of `bench explain` about things that have no file of their own.
 
 use procedures::campaign::FIELDS as CAMPAIGN;
+use procedures::comparison::PUBLISHED_FIELDS;
 use procedures::condition::CONDITIONS;
 use procedures::diagnostic::SourceFile;
 use procedures::procedure::{FIELDS as PROCEDURE, GATES};
@@ -52,6 +53,11 @@ const TOPICS: &[Topic] = &[
     Topic { name: "import-file", doc: "keys of a map for `bench import`", text: import_file },
     Topic { name: "answers-file", doc: "keys of answers to prompts", text: answers_file },
     Topic { name: "waivers-file", doc: "keys of waivers", text: waivers_file },
+    Topic {
+        name: "published-file",
+        doc: "keys of published values for `bench compare`",
+        text: published_file,
+    },
     Topic { name: "glossary", doc: "terms used by the bench", text: || GLOSSARY.trim().to_owned() },
 ];
 
@@ -200,6 +206,10 @@ fn import_file() -> String {
 
 fn answers_file() -> String {
     file_keys("Keys of answers to prompts", answers::FIELDS, &Examples::none())
+}
+
+fn published_file() -> String {
+    file_keys("Keys of published values", PUBLISHED_FIELDS, &Examples::none())
 }
 
 fn waivers_file() -> String {

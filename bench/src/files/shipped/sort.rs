@@ -28,6 +28,8 @@ pub enum Sort {
     Profile,
     /// A type of instrument that sends its readings as text.
     Reader,
+    /// Values from a publication.
+    Published,
 }
 
 /// Keys by which a sort is known: the first row of which one stands in the file counts.
@@ -39,6 +41,7 @@ const KEYS: &[(Sort, &[&str])] = &[
     (Sort::Import, &["time-column", "channel"]),
     (Sort::Profile, &["process-data", "torque-scale"]),
     (Sort::Reader, &["pattern", "terminator"]),
+    (Sort::Published, &["value"]),
     (Sort::Rig, &["tier", "loop-rate", "device", "parameters"]),
     (Sort::Campaign, &["procedure", "must-measure", "requirements"]),
     (Sort::Procedure, &["sweep", "gate", "valid-if"]),
@@ -81,6 +84,7 @@ impl Sort {
             Self::Waivers => ("waivers", "give them with `report --waivers FILE`"),
             Self::Profile => ("a drive profile", "name it in a rig file: `profile = \"FILE\"`"),
             Self::Reader => ("a reader profile", "name it in a rig file: `profile = \"FILE\"` of a device"),
+            Self::Published => ("published values", "give them to `bench compare RUN FILE`"),
             Self::Import => ("a map for an import", "give it to `bench import FILE`"),
         }
     }
