@@ -33,10 +33,8 @@ pub(super) struct MeasurementPair<'a> {
 pub(super) fn measurements<'a>(a: &'a [Measurement], b: &'a [Measurement]) -> Vec<MeasurementPair<'a>> {
     let mut partner: Vec<Option<usize>> = vec![None; a.len()];
     let mut taken = vec![false; b.len()];
-    let at_same_point = |own: &Measurement, other: &Measurement| own.point == other.point;
-    let anywhere = |_: &Measurement, _: &Measurement| true;
-    let rounds: [&dyn Fn(&Measurement, &Measurement) -> bool; 2] = [&at_same_point, &anywhere];
-    for suits in rounds {
+    for must_be_same_point in [true, false] {
+        let suits = |own: &Measurement, other: &Measurement| !must_be_same_point || own.point == other.point;
         for (own, place) in a.iter().zip(&mut partner).filter(|(_, place)| place.is_none()) {
             *place = (0..b.len()).find(|&k| !taken[k] && is_of_same(own, &b[k]) && suits(own, &b[k]));
             if let Some(k) = *place {
