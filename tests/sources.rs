@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+/// Files of these names are written by the bench or stand beside an estimator.
+const NO_PAGES: [&str; 4] = ["comparison.md", "doc.md", "estimator/doc.md", "regression.md"];
 const DIRECTOR: &str = include_str!("../docs/director.md");
 
 /// Text files of the repository.
@@ -56,7 +58,7 @@ fn dangling(line: &str) -> Vec<String> {
         let next = words.get(k + 1).copied().unwrap_or_default();
         if word.ends_with(".md")
             && word.len() > 3
-            && !["doc.md", "estimator/doc.md"].contains(word)
+            && !NO_PAGES.contains(word)
             && !word.ends_with("/doc.md")
         {
             match (page(word), next.strip_prefix('§')) {
