@@ -56,11 +56,7 @@ fn dangling(line: &str) -> Vec<String> {
     let mut wrong = Vec::new();
     for (k, word) in words.iter().enumerate() {
         let next = words.get(k + 1).copied().unwrap_or_default();
-        if word.ends_with(".md")
-            && word.len() > 3
-            && !NO_PAGES.contains(word)
-            && !word.ends_with("/doc.md")
-        {
+        if word.ends_with(".md") && word.len() > 3 && !NO_PAGES.contains(word) && !word.ends_with("/doc.md") {
             match (page(word), next.strip_prefix('§')) {
                 (None, _) => wrong.push(format!("`{word}` is no page")),
                 (Some(page), Some(section)) if !has_section(&page, section) => {
