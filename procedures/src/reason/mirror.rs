@@ -68,6 +68,8 @@ pub enum MirrorReason {
     NoSine,
     #[error("a period of {rows:.3} rows, expected a whole number: see the log rate")]
     BrokenPeriod { rows: f64 },
+    #[error("the delay of the command is not known well enough: {:.3} ms more or less leave none", 1e3 * .delay_u_s)]
+    DelayUnknown { delay_u_s: f64 },
     #[error("none visible: the response is smooth in the band of the support")]
     NoResonance,
     #[error("no lines that count on both sides of {frequency_hz} Hz")]

@@ -353,17 +353,25 @@ pub(super) fn loop_margins(keys: &Keys, case: &Case, lines: &[MirrorLine]) -> Ve
         Ok(found) => found,
         Err(reason) => return no_margins(case, &reason),
     };
-    let late = open_loop(lines, keys.delays.u_s).and_then(|opened| find_margins(&opened.lines));
-    let late = late.ok().map(|margins| values(&margins));
+    let delay_u_s = keys.delays.u_s;
+    // Later and earlier: near its crossing a margin may be there with one of them only.
+    let turned = [delay_u_s, -delay_u_s].map(|later_s| {
+        let found = open_loop(lines, later_s).and_then(|opened| find_margins(&opened.lines));
+        found.ok().map(|margins| values(&margins))
+    });
     let freedom = |l: &MirrorLine| 2.0 * l.line.dof;
     let dof = lines.iter().filter(|l| l.counts()).map(freedom).fold(f64::INFINITY, f64::min);
     let mut all = Vec::new();
     for (k, found) in values(&margins).into_iter().enumerate() {
         let (name, kind) = MARGINS[k];
-        let late = late.as_ref().and_then(|late| late[k].as_ref().ok());
-        let reading = found.map(|[value, u]| {
-            let delay_u = late.map_or(0.0, |[late, _]| late - value);
-            Reading { value, u: u.hypot(delay_u), dof, n }
+        let reading = found.and_then(|[value, u]| {
+            let of_turned = |found: &Option<[Result<[f64; 2], Reason>; 4]>| {
+                let [turned, _] = found.as_ref()?[k].as_ref().ok().copied()?;
+                Some((turned - value).abs())
+            };
+            let delay_u = of_turned(&turned[0]).zip(of_turned(&turned[1]));
+            let (late, early) = delay_u.ok_or(MirrorReason::DelayUnknown { delay_u_s })?;
+            Ok(Reading { value, u: u.hypot(late.max(early)), dof, n })
         });
         let mut m = measurement(name, kind, case, reading);
         m.estimator = MARGINS_ESTIMATOR.to_owned();
