@@ -2,21 +2,30 @@
 //!
 //! A criterion names a requirement and a margin. Both arms measure the requirement's measurand on every unit; the replicate is
 //! the unit, and several seeds of one unit are averaged first. The shift of a unit is the candidate less the baseline, as a
-//! difference or as the logarithm of their ratio, with the sign that makes + worse. Each criterion is called by the
+//! difference or as the logarithm of their ratio, with the sign that makes + worse. [`decide`] calls each criterion by the
 //! interval of the mean shift.
 //!
 //! Equivalence by an interval inside of margins: Schuirmann, *J. Pharmacokin. Biopharm.* 15, 657 (1987). Family of blocking
 //! criteria: Holm, *Scand. J. Statist.* 6, 65 (1979). Looks at a growing number of units: Pocock, *Biometrika* 64, 191 (1977).
+//! Methods: estimators.md §1.9.
 
 use serde::{Deserialize, Serialize};
 
 use crate::quantity::QuantityKind;
 use crate::table::{Field, SCHEMA_FIELD, Shape};
 
+mod criteria;
+mod decide;
 mod decision;
+mod measurands;
+mod proposal;
 mod sample;
+#[cfg(test)]
+mod tests;
 
+pub use decide::{FAMILY_LEVEL, decide};
 pub use decision::{Arm, Call, Decision, LostPass, Outcome, Undecided, UnitShift};
+pub use proposal::{Baseline, propose};
 pub use sample::{ArmName, CriterionSamples, Reading, RegressionError, Sample};
 
 /// Numbers of units of the sequential looks, unless a criteria file says otherwise.
@@ -155,7 +164,8 @@ const CRITERION: &[Field] = &[
     Field::optional(
         "worse",
         Shape::Choice(&["higher", "lower"]),
-        "Which way the measurand becomes worse; default: higher for an upper limit, lower for a lower limit.",
+        "Which way the measurand becomes worse; default: higher for an upper limit, lower for a lower limit; by \
+         the goal where there is no limit.",
     ),
     Field::default("blocking", Shape::Boolean, "true", "`false`: the criterion is only reported."),
 ];

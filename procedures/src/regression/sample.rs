@@ -1,6 +1,10 @@
 //! What a comparison is told: both arms' values of each criterion on each unit, and what may be wrong with them.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
+
+use super::{Criteria, Criterion, Look};
 
 /// One of the two controllers of a comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
@@ -115,10 +119,10 @@ pub enum RegressionError {
         /// Value of the other arm, SI.
         found: f64,
     },
-    /// A value or an uncertainty that is no number.
+    /// A value or an uncertainty that is no number, or one beyond every quantity.
     #[error(
         "criterion {requirement} ({measurand}), unit {unit}, seed {seed}: the {arm} has value {value} and standard \
-         uncertainty {u}; expected finite numbers, the uncertainty not negative: measure this arm again"
+         uncertainty {u}; expected numbers below 1e100, the uncertainty not negative: measure this arm again"
     )]
     NoNumber {
         /// Id of the requirement.
@@ -144,4 +148,107 @@ pub enum RegressionError {
         /// Number of looks that are planned.
         looks: usize,
     },
+}
+
+/// Beyond this no value is a quantity, and sums of squares leave the range of a double.
+const LARGEST: f64 = 1e100;
+
+impl Sample {
+    /// What is wrong with both readings.
+    fn check(&self, of: &CriterionSamples) -> Vec<RegressionError> {
+        let one_sided = |missing: ArmName, found: f64| RegressionError::OneSided {
+            requirement: of.requirement.clone(),
+            measurand: of.measurand.clone(),
+            unit: self.unit,
+            seed: self.seed,
+            missing,
+            found,
+        };
+        let mut errors = Vec::new();
+        match (self.baseline.value, self.candidate.value) {
+            (None, Some(found)) => errors.push(one_sided(ArmName::Baseline, found)),
+            (Some(found), None) => errors.push(one_sided(ArmName::Candidate, found)),
+            _ => {}
+        }
+        for (arm, reading) in [(ArmName::Baseline, self.baseline), (ArmName::Candidate, self.candidate)] {
+            let Reading { value: Some(value), u, .. } = reading else { continue };
+            // Written so that what is no number is refused.
+            let is_number = value.abs() < LARGEST && (0.0..LARGEST).contains(&u);
+            if !is_number {
+                errors.push(RegressionError::NoNumber {
+                    requirement: of.requirement.clone(),
+                    measurand: of.measurand.clone(),
+                    unit: self.unit,
+                    seed: self.seed,
+                    arm,
+                    value,
+                    u,
+                });
+            }
+        }
+        errors
+    }
+}
+
+impl CriterionSamples {
+    /// Whether these are samples of this criterion.
+    pub(super) fn is_of(&self, criterion: &Criterion) -> bool {
+        self.requirement == criterion.requirement && self.measurand == criterion.measurand
+    }
+
+    /// What is wrong with them, by unit and seed.
+    fn check(&self) -> Vec<RegressionError> {
+        let mut counts: BTreeMap<(u32, u64), usize> = BTreeMap::new();
+        for sample in &self.samples {
+            *counts.entry((sample.unit, sample.seed)).or_default() += 1;
+        }
+        let repeated = counts.into_iter().filter(|(_, count)| *count > 1);
+        let repeated = repeated.map(|((unit, seed), count)| RegressionError::Repeated {
+            requirement: self.requirement.clone(),
+            measurand: self.measurand.clone(),
+            unit,
+            seed,
+            count,
+        });
+        let mut ordered: Vec<&Sample> = self.samples.iter().collect();
+        ordered.sort_by_key(|sample| (sample.unit, sample.seed));
+        repeated.chain(ordered.iter().flat_map(|sample| sample.check(self))).collect()
+    }
+}
+
+/// All that is wrong with the samples of a comparison.
+pub(super) fn check(criteria: &Criteria, samples: &[CriterionSamples], look: Look) -> Vec<RegressionError> {
+    let mut errors = Vec::new();
+    let looks = criteria.looks.len();
+    if let Look::Sequential { number } = look
+        && !(1..=looks).contains(&number)
+    {
+        errors.push(RegressionError::NoSuchLook { number, looks });
+    }
+    for criterion in &criteria.all {
+        let is_measured = samples.iter().any(|own| own.is_of(criterion) && !own.samples.is_empty());
+        if !is_measured {
+            errors.push(RegressionError::NoSamples {
+                requirement: criterion.requirement.clone(),
+                measurand: criterion.measurand.clone(),
+            });
+        }
+    }
+    for own in samples {
+        let asked = criteria.all.iter().filter(|criterion| own.is_of(criterion)).count();
+        let is_same = |other: &&CriterionSamples| {
+            other.requirement == own.requirement && other.measurand == own.measurand
+        };
+        let given = samples.iter().filter(is_same).count();
+        if given != 1 || asked != 1 {
+            errors.push(RegressionError::Unmatched {
+                requirement: own.requirement.clone(),
+                measurand: own.measurand.clone(),
+                given,
+                asked,
+            });
+        }
+        errors.extend(own.check());
+    }
+    errors
 }
