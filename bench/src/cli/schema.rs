@@ -4,6 +4,7 @@ use procedures::comparison::PUBLISHED_FIELDS;
 use procedures::diagnostic::Diagnostic;
 use procedures::kinds::{KINDS, Kind};
 use procedures::log::EVENTS_SCHEMA;
+use procedures::regression;
 use procedures::schema::{self, Variant};
 use serde_json::Value;
 
@@ -18,8 +19,8 @@ use crate::rig::driver::Driver;
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
     /// File type: `procedure`, a kind of procedure such as `hysteresis`, `campaign`, `requirements`, `rig`, `unit`,
-    /// `unit-table`, `parameters`, `profile`, `reader`, `import`, `answers`, `waivers`, `published`; or `events` for the lines of
-    /// `run --json`, `log-events` for topic `/events` of a log; all of them as one object if not given
+    /// `unit-table`, `parameters`, `profile`, `reader`, `import`, `answers`, `criteria`, `waivers`, `published`; or `events` for the
+    /// lines of `run --json`, `log-events` for topic `/events` of a log; all of them as one object if not given
     sort: Option<String>,
     /// Rig whose axes procedures may move: a shipped name or a path
     #[arg(long)]
@@ -44,6 +45,7 @@ fn schemas() -> Vec<(String, Value)> {
         ("reader", reader::FIELDS),
         ("import", import_map::FIELDS),
         ("answers", answers::FIELDS),
+        ("criteria", regression::FIELDS),
         ("waivers", waivers::FIELDS),
         ("published", PUBLISHED_FIELDS),
     ] {

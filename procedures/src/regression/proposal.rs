@@ -78,7 +78,7 @@ fn criterion(requirements: &Requirements, baseline: &Baseline) -> Result<String,
         Scale::LogRatio => QuantityKind::Ratio,
     };
     let margin = rounded_up(margin_kind, margin).ok_or(NoProposal::NoDistance)?;
-    Ok(written(requirement, judged, nearest, &Proposed { mean: kind.format(mean), margin, scale, usual }))
+    Ok(written(requirement, judged, nearest, &Proposed { mean: shown(kind, mean), margin, scale, usual }))
 }
 
 /// What is proposed, as text.
@@ -127,14 +127,30 @@ fn written(requirement: &Requirement, judged: &Judged, nearest: Nearest<'_>, pro
 
 /// A quantity as text with two digits, not smaller than `si`; `None` for one that is not above zero.
 fn rounded_up(kind: QuantityKind, si: f64) -> Option<String> {
-    let shown = kind.to_display(si);
-    if !(shown.is_finite() && shown > 0.0) {
+    let number = if is_small_angle(kind, si) { si / MICRORADIAN } else { kind.to_display(si) };
+    if !(number.is_finite() && number > 0.0) {
         return None;
     }
-    let step = 10.0_f64.powi(shown.log10().floor() as i32 - 1);
+    let step = 10.0_f64.powi(number.log10().floor() as i32 - 1);
     // A number of two digits is kept in spite of its rounding.
-    let rounded = (shown / step - 1e-9).ceil() * step;
-    Some(kind.format(si * (rounded / shown)))
+    let rounded = (number / step - 1e-9).ceil() * step;
+    Some(shown(kind, si * (rounded / number)))
+}
+
+const MICRORADIAN: f64 = 1e-6;
+
+/// A quantity as people write it: small angles in microradians.
+fn shown(kind: QuantityKind, si: f64) -> String {
+    if is_small_angle(kind, si) {
+        format!("{} urad", QuantityKind::Count.format(si / MICRORADIAN))
+    } else {
+        kind.format(si)
+    }
+}
+
+fn is_small_angle(kind: QuantityKind, si: f64) -> bool {
+    const SMALL_RAD: f64 = 1e-3;
+    kind == QuantityKind::Angle && si.abs() < SMALL_RAD
 }
 
 #[cfg(test)]

@@ -69,8 +69,8 @@ pub enum RegressionError {
     },
     /// Samples that no criterion asks for, or that are given twice.
     #[error(
-        "samples of {requirement} ({measurand}): {given} lists of them, {asked} criteria; expected one list for \
-         each criterion of the file"
+        "samples of {requirement} ({measurand}): given {given} time(s) for {asked} criteria of this name; expected \
+         them once for each criterion of the file"
     )]
     Unmatched {
         /// Id of the requirement.

@@ -76,5 +76,5 @@ fn all_mistakes_of_a_criteria_file_come_at_once_with_what_to_do() {
     ];
     let text: String = criteria.iter().map(|keys| format!("[[criterion]]\n{keys}\n")).collect();
     insta::assert_snapshot!(mistakes(&format!("schema = 1\n{text}")));
-    insta::assert_snapshot!("empty", mistakes("schema = 2\ncriterion = []"));
+    insta::assert_snapshot!("empty", mistakes("schema = 1\ncriterion = []"));
 }

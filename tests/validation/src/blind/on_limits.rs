@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use analysis::proportion::probability_of_at_least;
 use bench::files::unit::load_unit;
 use procedures::verdict::Verdict;
 use sim_devices::physics::lugre::LuGre;
 use sim_devices::unit::{AxisSettings, PARAMETERS, UnitSettings};
-use statrs::distribution::{Binomial, DiscreteCDF};
 
 use super::Scored;
 use super::truth::drivetrain::{TICK_S, spring_span_rad};
@@ -131,8 +131,7 @@ pub fn rows(all: &[Scored]) -> Vec<Row> {
         let is_guarded =
             group.values().any(|one| one.on_limit.as_ref().is_some_and(|judged| judged.is_guarded));
         let promised = if is_guarded { GUARDED } else { SIMPLE };
-        let law = Binomial::new(promised, findings).expect("a share");
-        let p = if passes == 0 { 1.0 } else { law.sf(passes - 1) };
+        let p = probability_of_at_least(passes, findings, promised).expect("passes are findings");
         Row { name, findings, passes, promised, p }
     };
     groups.into_iter().map(row).collect()

@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use analysis::family_wise::holm;
+use analysis::proportion::probability_of_at_most;
 use procedures::verdict::{Verdict, coverage_factor};
 use serde::{Deserialize, Serialize};
-use statrs::distribution::{Binomial, DiscreteCDF};
 
 /// A finding beside its truth.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -162,14 +163,9 @@ pub fn lines(all: &[Scored]) -> Vec<Line> {
         groups.entry(format!("{} {}", one.measurand, one.axis)).or_default().push(one);
     }
     let mut lines: Vec<Line> = groups.into_iter().map(|(name, group)| line(name, &group)).collect();
-    let mut order: Vec<usize> = (0..lines.len()).collect();
-    order.sort_by(|a, b| lines[*a].p.total_cmp(&lines[*b].p));
-    let count = order.len();
-    for (rank, index) in order.into_iter().enumerate() {
-        if lines[index].p > LEVEL / (count - rank) as f64 {
-            break;
-        }
-        lines[index].is_wrong = true;
+    let p_values: Vec<f64> = lines.iter().map(|line| line.p).collect();
+    for (line, adjusted_p) in lines.iter_mut().zip(holm(&p_values)) {
+        line.is_wrong = adjusted_p <= LEVEL;
     }
     lines
 }
@@ -183,7 +179,7 @@ fn line(name: String, group: &[&Scored]) -> Line {
         first.entry(one.unit).or_insert(one);
     }
     let covered_units = first.values().filter(|one| one.is_covered()).count() as u64;
-    let p = Binomial::new(LEAST_COVERAGE, first.len() as u64).map_or(1.0, |law| law.cdf(covered_units));
+    let p = probability_of_at_most(covered_units, first.len() as u64, LEAST_COVERAGE).unwrap_or(1.0);
     Line {
         name,
         findings: group.len(),
