@@ -28,9 +28,6 @@ pub use decision::{Arm, Call, Decision, LostPass, Outcome, Undecided, UnitShift}
 pub use proposal::{Baseline, propose};
 pub use sample::{ArmName, CriterionSamples, Reading, RegressionError, Sample};
 
-/// Numbers of units of the sequential looks, unless a criteria file says otherwise.
-pub const LOOKS: [u32; 4] = [5, 10, 20, 40];
-
 /// How a candidate's value is compared with a baseline's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -123,16 +120,6 @@ impl Worse {
         match self {
             Self::Higher => "higher",
             Self::Lower => "lower",
-        }
-    }
-}
-
-impl Criterion {
-    /// A shift as text with its unit: `0.12 Hz`; of a log-ratio the change in per cent, `4.5 %`.
-    pub fn shift_text(&self, shift: f64) -> String {
-        match self.scale {
-            Scale::Difference => self.kind.format(shift),
-            Scale::LogRatio => QuantityKind::Ratio.format(shift.exp_m1()),
         }
     }
 }
