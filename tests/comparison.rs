@@ -156,3 +156,11 @@ fn a_run_is_compared_with_published_values() {
     let wrong = folder.path().join("wrong.toml");
     assert_eq!(compare(&["nominal", wrong.to_str().expect("a plain path")]).code, 2, "no value");
 }
+
+#[test]
+fn the_published_values_in_the_documents_are_read_and_the_run_that_measured_none_of_them_is_told_so() {
+    let table = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/published/velocity-loops.toml");
+    let said = compare(&["nominal", table.to_str().expect("a plain path")]);
+    assert_eq!(said.code, 2, "{}", said.out);
+    assert!(said.err.contains("nothing to compare"), "{}", said.err);
+}

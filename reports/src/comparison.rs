@@ -121,7 +121,7 @@ impl RunComparison {
         let count = |call| self.findings.count(call);
         let ending = match count(Call::OnlyInA) + count(Call::OnlyInB) {
             0 => String::new(),
-            alone => format!("; {alone} values are in one of the two only"),
+            alone => format!("; in one of the two only: {}", crate::printable::counted(alone, "value")),
         };
         match (count(Call::Differs), count(Call::Near)) {
             (0, 0) => format!("no difference beyond uncertainty in {pairs}{ending}"),

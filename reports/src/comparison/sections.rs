@@ -15,7 +15,7 @@ pub(super) struct Section {
 }
 
 const VALUE_HEAD: [&str; 9] =
-    ["procedure", "measurand", "axis", "under", "A", "B", "B − A", "|B − A| / u", "p"];
+    ["procedure", "measurand", "axis", "under", "A", "B", "B − A", "apart / u", "p"];
 const CURVE_HEAD: [&str; 6] = ["procedure", "picture", "curve", "inside the band", "farthest point", "p"];
 
 /// What differs, and what is missing on one side.

@@ -8,12 +8,20 @@ use crate::markdown;
 use crate::printable;
 use crate::terminal;
 
+/// Rows of a section that a terminal shows; Markdown and data have them all.
+const MOST_ROWS: usize = 30;
+
 pub(super) fn text(compared: &RunComparison) -> String {
     let [a, b] = &compared.names;
     let mut out = format!("A: {a}\nB: {b}\n\n");
     for section in sections::differing(compared) {
         let head = section.head.iter().map(|&cell| cell.to_owned()).collect();
-        let rows: Vec<Vec<String>> = std::iter::once(head).chain(section.rows).collect();
+        let more = section.rows.len().saturating_sub(MOST_ROWS);
+        let shown = section.rows.into_iter().take(MOST_ROWS);
+        let mut rows: Vec<Vec<String>> = std::iter::once(head).chain(shown).collect();
+        if more > 0 {
+            rows.push(vec![format!("and {more} more")]);
+        }
         // Writing to a string cannot fail.
         let _ = writeln!(out, "{}\n{}\n", section.heading, terminal::table(&rows));
     }
