@@ -14,12 +14,13 @@ struct Shipped {
     without: &'static [&'static str],
 }
 
-const SHIPPED: [Shipped; 7] = [
+const SHIPPED: [Shipped; 8] = [
     Shipped {
         variant: "Procedures",
         path: "../procedures",
-        without: &["Cargo.toml", "analysis", "benches", "examples", "src"],
+        without: &["Cargo.toml", "analysis", "benches", "criteria", "examples", "src"],
     },
+    Shipped { variant: "Criteria", path: "../procedures/criteria", without: &[] },
     Shipped { variant: "Rigs", path: "rigs", without: &[] },
     Shipped { variant: "Units", path: "../sim-devices/units", without: &["states"] },
     Shipped { variant: "States", path: "../sim-devices/units/states", without: &[] },

@@ -14,11 +14,13 @@ mod init;
 mod inspect;
 mod judge_aside;
 mod list;
+mod merge;
 mod monitor;
 mod options;
 mod output;
 mod plan;
 mod record;
+mod regress;
 mod rejudge;
 mod report;
 mod results;
@@ -50,6 +52,10 @@ enum Verb {
     Rejudge(rejudge::Args),
     /// Compare the findings of two runs, or of a run and published values
     Compare(compare::Args),
+    /// Compare a candidate controller with a baseline on the same units with the same seeds
+    Regress(regress::Args),
+    /// Join the shards of a comparison of controllers
+    Merge(merge::Args),
     /// Write the report of a run in another format
     Report(report::Args),
     /// Explain a kind, requirement, measurand, rig, unit or topic
@@ -123,6 +129,8 @@ fn dispatch(verb: Verb) -> u8 {
         Verb::List(args) => list::run(&args),
         Verb::Rejudge(args) => rejudge::run(&args),
         Verb::Compare(args) => compare::run(&args),
+        Verb::Regress(args) => regress::run(&args),
+        Verb::Merge(args) => merge::run(&args),
         Verb::Report(args) => report::run(&args),
         Verb::Explain(args) => explain::run(&args),
         Verb::Schema(args) => schema::run(&args),

@@ -21,6 +21,7 @@
 //! | [`people`] | what a run tells and asks people, and what it is refused for because of them |
 //! | [`sim`] | a simulated rig in a process of its own, at the far end of real wires |
 //! | [`campaign`] | a run: procedures to jobs, points to the loop, logs to the judge |
+//! | [`regression`] | two controllers on the same units: many runs at a time, and what they leave |
 //! | [`cli`] | the command line, one verb a file |
 
 pub mod campaign;
@@ -36,6 +37,7 @@ pub mod people;
 pub mod plan;
 pub mod realtime;
 pub mod record;
+pub mod regression;
 pub mod rig;
 pub mod sim;
 pub mod site;

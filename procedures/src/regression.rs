@@ -14,17 +14,23 @@ use serde::{Deserialize, Serialize};
 use crate::quantity::QuantityKind;
 use crate::table::{Field, SCHEMA_FIELD, Shape};
 
+mod arm;
 mod criteria;
 mod decide;
 mod decision;
 mod measurands;
+mod merge;
+mod pairs;
 mod proposal;
 mod sample;
 #[cfg(test)]
 mod tests;
 
+pub use arm::{ARM_SCHEMA, ArmRecord, Controller, End, Population, Program, Replicate, ReplicateValue, Scenario, Shard};
 pub use decide::{FAMILY_LEVEL, decide};
 pub use decision::{Arm, Call, Decision, LostPass, Outcome, Undecided, UnitShift};
+pub use merge::{MergeError, ShardFile, merge};
+pub use pairs::{Pairing, PairingError, UnitEnd, pair};
 pub use proposal::{Baseline, propose};
 pub use sample::{ArmName, CriterionSamples, Reading, RegressionError, Sample};
 
@@ -49,12 +55,16 @@ pub enum Worse {
 }
 
 /// One criterion: a measurand of a requirement, and how much worse it may become.
+///
+/// A criterion of a file is about every place where the measurand is found; [`pair`] makes one of each.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Criterion {
     /// Id of the requirement, e.g. `VEL-BW`.
     pub requirement: String,
     /// Measurand of that requirement, e.g. `velocity-bandwidth`.
     pub measurand: String,
+    /// Where it is found: procedure, axis and point, e.g. `AZ-VELOCITY-LOOP az, elevation 60 deg`; empty in a criteria file.
+    pub place: String,
     /// Kind of quantity of the measurand's values.
     pub kind: QuantityKind,
     /// Margin of equivalence, above zero: in the SI unit of `kind`, or the logarithm of a ratio, by `scale`.
@@ -65,6 +75,19 @@ pub struct Criterion {
     pub worse: Worse,
     /// Whether a worse candidate is to be stopped; otherwise the criterion is only reported.
     pub blocking: bool,
+}
+
+impl Criterion {
+    /// What messages call it: `VEL-BW (velocity-bandwidth)`, followed by its place where it has one.
+    pub fn name(&self) -> String {
+        named(&self.requirement, &self.measurand, &self.place)
+    }
+}
+
+/// What a criterion of these three is called.
+fn named(requirement: &str, measurand: &str, place: &str) -> String {
+    let name = format!("{requirement} ({measurand})");
+    if place.is_empty() { name } else { format!("{name} of {place}") }
 }
 
 /// All criteria of a comparison.

@@ -15,6 +15,7 @@ mod number;
 pub mod plot;
 pub mod printable;
 pub mod record;
+pub mod regression;
 mod row;
 mod safety;
 #[cfg(test)]

@@ -1,5 +1,7 @@
 //! Options that several verbs have.
 
+use procedures::diagnostic::Diagnostic;
+
 use super::output;
 use crate::exit;
 use crate::files::profile;
@@ -87,12 +89,16 @@ impl On {
     }
 }
 
+/// Reads a rig, by shipped name or path.
+pub(super) fn load_rig(name: &str) -> Result<Rig, Vec<Diagnostic>> {
+    shipped::find(Folder::Rigs, name, None)
+        .and_then(|source| sort::expect(source, Folder::Rigs))
+        .and_then(read_rig)
+}
+
 /// Reads a rig and a unit, by shipped names or paths.
 pub(super) fn load(rig: &str, unit: &str) -> Result<(Rig, Unit), u8> {
-    let rig = shipped::find(Folder::Rigs, rig, None)
-        .and_then(|source| sort::expect(source, Folder::Rigs))
-        .and_then(read_rig);
-    match (rig, load_unit(unit)) {
+    match (load_rig(rig), load_unit(unit)) {
         (Ok(rig), Ok(unit)) => Ok((rig, unit)),
         (rig, unit) => {
             let found: Vec<_> = rig.err().into_iter().chain(unit.err()).flatten().collect();

@@ -157,7 +157,20 @@ pub fn named(name: &str, beside: Option<&str>) -> Result<(String, DirectorGains)
 /// # Errors
 /// All mistakes of the parameter file at once, or an axis whose section it lacks.
 pub fn load(rig: &Rig) -> Result<DirectorGains, Vec<Diagnostic>> {
-    let set = Set::read(&rig.parameters, Some(&rig.source.name))?;
+    load_named(&rig.parameters, Some(&rig.source.name), rig)
+}
+
+/// Gains of other parameters than a rig's own, with a section for each of its axes; `beside` is the file that names them, if
+/// one does.
+///
+/// # Errors
+/// As of [`load`].
+pub fn load_named(
+    parameters: &str,
+    beside: Option<&str>,
+    rig: &Rig,
+) -> Result<DirectorGains, Vec<Diagnostic>> {
+    let set = Set::read(parameters, beside)?;
     let mut gains = set.gains;
     let mut mistakes = Vec::new();
     for (axis, own) in rig.axes.iter().zip(&mut gains.axes) {

@@ -49,6 +49,8 @@ pub enum Folder {
     Profiles,
     /// Types of instruments that send their readings as text.
     Readers,
+    /// Criteria by which controllers are compared.
+    Criteria,
 }
 
 impl Folder {
@@ -63,6 +65,7 @@ impl Folder {
             Self::Parameters => "controller parameters",
             Self::Profiles => "a drive profile",
             Self::Readers => "a reader profile",
+            Self::Criteria => "criteria of a comparison of controllers",
         }
     }
 
@@ -77,6 +80,7 @@ impl Folder {
             Self::Parameters => "controller parameters",
             Self::Profiles => "drive profile",
             Self::Readers => "reader profile",
+            Self::Criteria => "criteria",
         }
     }
 }

@@ -96,6 +96,7 @@ fn criterion(table: &mut TableReader<'_>, requirements: &Requirements) -> Option
     Some(Criterion {
         requirement: requirement.id.clone(),
         measurand: judged.measurand.clone(),
+        place: String::new(),
         kind,
         margin: margin?,
         scale,

@@ -1,6 +1,6 @@
 //! From samples to calls.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use analysis::estimate::Estimate;
 use analysis::family_wise::holm;
@@ -100,10 +100,25 @@ fn outcome(criterion: &Criterion, samples: &[Sample], level: f64) -> Outcome {
     };
     let means: Vec<f64> = shifts.iter().map(|unit| unit.shift).collect();
     let bare = Outcome { shift: average(&means), shifts, ..bare };
-    match paired::mean(&means) {
+    let outcome = match paired::mean(&means) {
         Ok(mean) => called(bare, &mean, level, is_identical(criterion, &units)),
         Err(_) => Outcome { why: Some(Undecided::FewUnits { units: means.len() }), ..bare },
+    };
+    match candidate_without(samples) {
+        0 => outcome,
+        // Units that were left out may be the worst ones: nothing but a shift that is worse without them is known.
+        _ if outcome.call == Call::Worse => outcome,
+        units => {
+            let why = Some(Undecided::CandidateWithout { units });
+            Outcome { call: Call::Inconclusive, why, units_needed: None, ..outcome }
+        }
     }
+}
+
+/// Units on which the baseline has a value and the candidate none, with any seed.
+fn candidate_without(samples: &[Sample]) -> usize {
+    let without = samples.iter().filter(|s| s.baseline.value.is_some() && s.candidate.value.is_none());
+    without.map(|sample| sample.unit).collect::<BTreeSet<u32>>().len()
 }
 
 /// The call by the interval of the mean shift.

@@ -43,6 +43,12 @@ pub enum Undecided {
         /// Value of the candidate, SI.
         candidate: f64,
     },
+    /// The candidate gives no value where the baseline gives one.
+    #[error("the candidate has no value on {units} unit(s) where the baseline has one")]
+    CandidateWithout {
+        /// Units, with any seed.
+        units: usize,
+    },
     /// The interval holds zero and crosses a margin.
     #[error("the interval of the mean shift is too wide")]
     Wide,
@@ -105,7 +111,7 @@ pub struct Outcome {
     pub why: Option<Undecided>,
     /// Units with values of both arms.
     pub units: usize,
-    /// Samples without a value in either arm, which were left out.
+    /// Samples without a value in one arm or both, which were left out.
     pub left_out: usize,
     /// The baseline; `None` without units.
     pub baseline: Option<Arm>,

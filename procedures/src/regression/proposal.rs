@@ -2,7 +2,7 @@
 
 use super::criteria::kind_of;
 use super::measurands::{limits_of, scale_of, worse_of};
-use super::{Scale, Worse};
+use super::{ArmRecord, Scale, Worse};
 use crate::quantity::QuantityKind;
 use crate::requirement::{Judged, Requirement, Requirements};
 
@@ -22,6 +22,30 @@ pub struct Baseline {
     pub values: Vec<f64>,
     /// Standard uncertainty of a single value, SI.
     pub u: f64,
+}
+
+impl Baseline {
+    /// What an arm measured, for each requirement and measurand in the order of its findings: values of all places, and their largest
+    /// uncertainty.
+    pub fn of_record(record: &ArmRecord) -> Vec<Self> {
+        let mut all: Vec<Self> = Vec::new();
+        for found in record.replicates.iter().flat_map(|replicate| &replicate.values) {
+            let is_same =
+                |own: &Self| own.requirement == found.requirement && own.measurand == found.measurand;
+            let place = all.iter().position(is_same).unwrap_or_else(|| {
+                all.push(Self {
+                    requirement: found.requirement.clone(),
+                    measurand: found.measurand.clone(),
+                    values: Vec::new(),
+                    u: 0.0,
+                });
+                all.len() - 1
+            });
+            all[place].values.extend(found.value);
+            all[place].u = all[place].u.max(found.u);
+        }
+        all
+    }
 }
 
 /// Text of a criteria file with a margin for each baseline: 10 % of the distance of its mean to the nearest limit, at least half of the

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Criteria, Criterion, Look};
+use super::{Criteria, Criterion, Look, named};
 
 /// One of the two controllers of a comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
@@ -49,6 +49,8 @@ pub struct CriterionSamples {
     pub requirement: String,
     /// Measurand, as in the criterion.
     pub measurand: String,
+    /// Place, as in the criterion.
+    pub place: String,
     /// In any order; each pair of unit and seed once.
     pub samples: Vec<Sample>,
 }
@@ -58,25 +60,21 @@ pub struct CriterionSamples {
 pub enum RegressionError {
     /// A criterion of the file that nothing was measured for.
     #[error(
-        "criterion {requirement} ({measurand}): no sample of it was given; expected one for each unit: measure \
-         {requirement} in the campaign or remove the criterion"
+        "criterion {criterion}: no sample of it was given; expected one for each unit: measure \
+         the requirement in the campaign or remove the criterion"
     )]
     NoSamples {
-        /// Id of the requirement.
-        requirement: String,
-        /// Measurand.
-        measurand: String,
+        /// Name of the criterion.
+        criterion: String,
     },
     /// Samples that no criterion asks for, or that are given twice.
     #[error(
-        "samples of {requirement} ({measurand}): given {given} time(s) for {asked} criteria of this name; expected \
+        "samples of {criterion}: given {given} time(s) for {asked} criteria of this name; expected \
          them once for each criterion of the file"
     )]
     Unmatched {
-        /// Id of the requirement.
-        requirement: String,
-        /// Measurand.
-        measurand: String,
+        /// Name of the criterion.
+        criterion: String,
         /// Lists of samples of this name.
         given: usize,
         /// Criteria of this name.
@@ -84,14 +82,12 @@ pub enum RegressionError {
     },
     /// One unit and seed more than once.
     #[error(
-        "criterion {requirement} ({measurand}): unit {unit} with seed {seed} is given {count} times; expected once: \
+        "criterion {criterion}: unit {unit} with seed {seed} is given {count} times; expected once: \
          check that no shard was merged twice"
     )]
     Repeated {
-        /// Id of the requirement.
-        requirement: String,
-        /// Measurand.
-        measurand: String,
+        /// Name of the criterion.
+        criterion: String,
         /// Number of the unit.
         unit: u32,
         /// Seed of the run.
@@ -99,36 +95,14 @@ pub enum RegressionError {
         /// How often it is given.
         count: usize,
     },
-    /// A value in one arm only.
-    #[error(
-        "criterion {requirement} ({measurand}), unit {unit}, seed {seed}: the {missing} has no value and the other arm has \
-         {found:e} (SI); expected values of both arms: run this unit alone with the {missing} and see why it is \
-         inconclusive there"
-    )]
-    OneSided {
-        /// Id of the requirement.
-        requirement: String,
-        /// Measurand.
-        measurand: String,
-        /// Number of the unit.
-        unit: u32,
-        /// Seed of the run.
-        seed: u64,
-        /// The arm without a value.
-        missing: ArmName,
-        /// Value of the other arm, SI.
-        found: f64,
-    },
     /// A value or an uncertainty that is no number, or one beyond every quantity.
     #[error(
-        "criterion {requirement} ({measurand}), unit {unit}, seed {seed}: the {arm} has value {value} and standard \
+        "criterion {criterion}, unit {unit}, seed {seed}: the {arm} has value {value} and standard \
          uncertainty {u}; expected numbers below 1e100, the uncertainty not negative: measure this arm again"
     )]
     NoNumber {
-        /// Id of the requirement.
-        requirement: String,
-        /// Measurand.
-        measurand: String,
+        /// Name of the criterion.
+        criterion: String,
         /// Number of the unit.
         unit: u32,
         /// Seed of the run.
@@ -156,28 +130,14 @@ const LARGEST: f64 = 1e100;
 impl Sample {
     /// What is wrong with both readings.
     fn check(&self, of: &CriterionSamples) -> Vec<RegressionError> {
-        let one_sided = |missing: ArmName, found: f64| RegressionError::OneSided {
-            requirement: of.requirement.clone(),
-            measurand: of.measurand.clone(),
-            unit: self.unit,
-            seed: self.seed,
-            missing,
-            found,
-        };
         let mut errors = Vec::new();
-        match (self.baseline.value, self.candidate.value) {
-            (None, Some(found)) => errors.push(one_sided(ArmName::Baseline, found)),
-            (Some(found), None) => errors.push(one_sided(ArmName::Candidate, found)),
-            _ => {}
-        }
         for (arm, reading) in [(ArmName::Baseline, self.baseline), (ArmName::Candidate, self.candidate)] {
             let Reading { value: Some(value), u, .. } = reading else { continue };
             // Written so that what is no number is refused.
             let is_number = value.abs() < LARGEST && (0.0..LARGEST).contains(&u);
             if !is_number {
                 errors.push(RegressionError::NoNumber {
-                    requirement: of.requirement.clone(),
-                    measurand: of.measurand.clone(),
+                    criterion: of.name(),
                     unit: self.unit,
                     seed: self.seed,
                     arm,
@@ -191,9 +151,16 @@ impl Sample {
 }
 
 impl CriterionSamples {
+    /// What messages call them.
+    fn name(&self) -> String {
+        named(&self.requirement, &self.measurand, &self.place)
+    }
+
     /// Whether these are samples of this criterion.
     pub(super) fn is_of(&self, criterion: &Criterion) -> bool {
-        self.requirement == criterion.requirement && self.measurand == criterion.measurand
+        self.requirement == criterion.requirement
+            && self.measurand == criterion.measurand
+            && self.place == criterion.place
     }
 
     /// What is wrong with them, by unit and seed.
@@ -204,8 +171,7 @@ impl CriterionSamples {
         }
         let repeated = counts.into_iter().filter(|(_, count)| *count > 1);
         let repeated = repeated.map(|((unit, seed), count)| RegressionError::Repeated {
-            requirement: self.requirement.clone(),
-            measurand: self.measurand.clone(),
+            criterion: self.name(),
             unit,
             seed,
             count,
@@ -229,21 +195,16 @@ pub(super) fn check(criteria: &Criteria, samples: &[CriterionSamples], look: Loo
         let is_measured = samples.iter().any(|own| own.is_of(criterion) && !own.samples.is_empty());
         if !is_measured {
             errors.push(RegressionError::NoSamples {
-                requirement: criterion.requirement.clone(),
-                measurand: criterion.measurand.clone(),
+                criterion: criterion.name(),
             });
         }
     }
     for own in samples {
         let asked = criteria.all.iter().filter(|criterion| own.is_of(criterion)).count();
-        let is_same = |other: &&CriterionSamples| {
-            other.requirement == own.requirement && other.measurand == own.measurand
-        };
-        let given = samples.iter().filter(is_same).count();
+        let given = samples.iter().filter(|other| other.name() == own.name()).count();
         if given != 1 || asked != 1 {
             errors.push(RegressionError::Unmatched {
-                requirement: own.requirement.clone(),
-                measurand: own.measurand.clone(),
+                criterion: own.name(),
                 given,
                 asked,
             });

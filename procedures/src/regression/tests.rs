@@ -3,6 +3,7 @@ use rand_chacha::rand_core::{RngCore, SeedableRng};
 
 use super::*;
 
+mod arms;
 mod decisions;
 mod files;
 mod properties;
@@ -13,6 +14,7 @@ pub(super) fn criterion(requirement: &str, margin: f64) -> Criterion {
     Criterion {
         requirement: requirement.to_owned(),
         measurand: "velocity-bandwidth".to_owned(),
+        place: String::new(),
         kind: QuantityKind::Frequency,
         margin,
         scale: Scale::Difference,
@@ -40,6 +42,7 @@ pub(super) fn shifted(of: &Criterion, shifts: &[f64]) -> CriterionSamples {
     CriterionSamples {
         requirement: of.requirement.clone(),
         measurand: of.measurand.clone(),
+        place: of.place.clone(),
         samples: (1..).zip(shifts).map(sample).collect(),
     }
 }

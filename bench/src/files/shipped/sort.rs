@@ -30,6 +30,8 @@ pub enum Sort {
     Reader,
     /// Values from a publication.
     Published,
+    /// By how much a controller may become worse.
+    Criteria,
 }
 
 /// Keys by which a sort is known: the first row of which one stands in the file counts.
@@ -42,6 +44,7 @@ const KEYS: &[(Sort, &[&str])] = &[
     (Sort::Profile, &["process-data", "torque-scale"]),
     (Sort::Reader, &["pattern", "terminator"]),
     (Sort::Published, &["value"]),
+    (Sort::Criteria, &["criterion", "looks"]),
     (Sort::Rig, &["tier", "loop-rate", "device", "parameters"]),
     (Sort::Campaign, &["procedure", "must-measure", "requirements"]),
     (Sort::Procedure, &["sweep", "gate", "valid-if"]),
@@ -69,6 +72,7 @@ impl Sort {
             Folder::Parameters => false,
             Folder::Profiles => self == Self::Profile,
             Folder::Readers => self == Self::Reader,
+            Folder::Criteria => self == Self::Criteria,
         }
     }
 
@@ -85,6 +89,7 @@ impl Sort {
             Self::Profile => ("a drive profile", "name it in a rig file: `profile = \"FILE\"`"),
             Self::Reader => ("a reader profile", "name it in a rig file: `profile = \"FILE\"` of a device"),
             Self::Published => ("published values", "give them to `bench compare RUN FILE`"),
+            Self::Criteria => ("criteria of a comparison of controllers", "give them with `regress --criteria FILE`"),
             Self::Import => ("a map for an import", "give it to `bench import FILE`"),
         }
     }
@@ -120,6 +125,7 @@ mod tests {
             Folder::Units,
             Folder::Profiles,
             Folder::Readers,
+            Folder::Criteria,
         ] {
             for file in all(folder) {
                 let sort = Sort::of(&file.source());

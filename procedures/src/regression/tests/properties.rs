@@ -13,6 +13,7 @@ fn pairs(of: &Criterion, values: &[[f64; 2]]) -> CriterionSamples {
     CriterionSamples {
         requirement: of.requirement.clone(),
         measurand: of.measurand.clone(),
+        place: of.place.clone(),
         samples: (1..).zip(values).map(sample).collect(),
     }
 }

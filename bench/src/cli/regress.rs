@@ -1,0 +1,356 @@
+//! `bench regress`: a candidate controller beside a baseline, on the same units with the same seeds.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicU16;
+
+use procedures::diagnostic::Diagnostic;
+use procedures::regression::{ArmRecord, Baseline, Criteria, Look, Shard, propose};
+use reports::regression::Regression;
+
+use super::options::load_rig;
+use super::output;
+use crate::exit;
+use crate::files::shipped::{self, Folder, sort};
+use crate::model::rig::{Rig, Tier};
+use crate::people::signals;
+use crate::plan::{self, CampaignPlan, Wanted};
+use crate::record::durable;
+use crate::regression::population::Units;
+use crate::regression::{Arm, ArmFiles, Asked, Course, Records, run_arms, store};
+
+mod sequential;
+
+#[derive(clap::Args, Debug)]
+#[command(after_help = EXIT_CODES)]
+pub(super) struct Args {
+    /// Campaigns or procedures that both controllers run through: shipped names or paths; `regression` if none
+    names: Vec<String>,
+    /// Parameters of the baseline: a shipped name or a path; or `baseline.json` of an earlier comparison, which is not run again
+    #[arg(long, value_name = "F", default_value = "director")]
+    baseline: String,
+    /// Parameters of the candidate: a shipped name or a path
+    #[arg(long, value_name = "F", required_unless_present = "propose")]
+    candidate: Option<String>,
+    /// State files that change the units with the baseline alone
+    #[arg(long, value_name = "F", num_args = 1..)]
+    baseline_state: Vec<String>,
+    /// State files that change the units with the candidate alone, e.g. a firmware with more delay
+    #[arg(long, value_name = "F", num_args = 1..)]
+    candidate_state: Vec<String>,
+    /// Criteria: a file, or the name of shipped ones; `regress.toml` beside you if there is one, otherwise those of the campaign
+    #[arg(long, value_name = "F")]
+    criteria: Option<String>,
+    /// Write a criteria file with margins from the baseline's distances to its limits, and compare nothing
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["candidate", "criteria", "out", "shard", "sequential"])]
+    propose: Option<PathBuf>,
+    #[command(flatten)]
+    over: Over,
+    /// Look at 5, 10, 20, 40 units and stop as soon as all blocking criteria are decided
+    #[arg(long, conflicts_with = "shard")]
+    sequential: bool,
+    /// Exit codes for `git bisect run`: 0 good, 1 worse, 125 not decided or not run
+    #[arg(long)]
+    bisect: bool,
+    /// Folder for the comparison; `regressions/<next number>` if not given
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Keep the logs of all runs in the folder
+    #[arg(long)]
+    keep: bool,
+    /// Print the comparison as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Over which units, and how.
+#[derive(clap::Args, Debug)]
+struct Over {
+    /// Rig, which is rehearsed in virtual time: a shipped name or a path
+    #[arg(long, default_value = "sim")]
+    rig: String,
+    /// Units: shipped names or paths; each is a replicate
+    #[arg(long, value_name = "F", num_args = 1..)]
+    unit: Vec<String>,
+    /// Seed of the first run; every further run has the next one
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Runs of each unit; they are averaged and do not count as more units
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    seeds_per_unit: u32,
+    /// Runs at a time; one per processor if not given
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    jobs: Option<u16>,
+    /// Run a part of the units, e.g. `2/8`; `bench merge` joins all parts
+    #[arg(long, value_name = "K/N", value_parser = shard)]
+    shard: Option<Shard>,
+}
+
+/// What `--help` says behind the options.
+const EXIT_CODES: &str = "Exit codes: 0 identical, equivalent or better; 1 worse; 2 a mistake in files or options; 3 \
+                          inconclusive; 4 failure of bench or disk; 129, 130, 143 stopped by a signal. With --bisect: 0; 1; 125 \
+                          for all others but signals.";
+
+/// A shard as it is written on the command line.
+fn shard(text: &str) -> Result<Shard, String> {
+    let parsed = text.split_once('/').and_then(|(number, parts)| {
+        let shard = Shard { number: number.parse().ok()?, parts: parts.parse().ok()? };
+        (shard.number >= 1 && shard.number <= shard.parts).then_some(shard)
+    });
+    parsed.ok_or_else(|| "expected K/N with K from 1 to N, e.g. 2/8".to_owned())
+}
+
+/// Exit code of `git bisect run` for a commit that cannot be told.
+const CANNOT_TELL: u8 = 125;
+
+pub(super) fn run(args: &Args) -> u8 {
+    let stop = match signals::listen(output::note) {
+        Ok(stop) => stop,
+        Err(error) => {
+            output::error(&format!("signals cannot be taken: {error}"));
+            return code(args, exit::BENCH);
+        }
+    };
+    let found = regress(args, stop).unwrap_or_else(|code| code);
+    code(args, found)
+}
+
+/// The exit code in the words of `git bisect`, where that is asked for.
+fn code(args: &Args, found: u8) -> u8 {
+    match found {
+        exit::PASS | exit::FAIL | 128.. => found,
+        _ if args.bisect => CANNOT_TELL,
+        _ => found,
+    }
+}
+
+/// Everything read and checked, before the first run.
+struct Prepared {
+    rig: Rig,
+    plan: CampaignPlan,
+    units: Units,
+    criteria: Option<Criteria>,
+    baseline: BaselineArm,
+    candidate: Option<Arm>,
+}
+
+/// The baseline: to be run, or as it was measured.
+enum BaselineArm {
+    ToRun(Box<Arm>),
+    Stored(Box<ArmRecord>),
+}
+
+fn regress(args: &Args, stop: Arc<AtomicU16>) -> Result<u8, u8> {
+    let prepared = prepare(args).map_err(|found| output::mistakes(&found))?;
+    let Some(folder) = &args.propose else { return compare(args, &prepared, stop) };
+    let scratch = tempfile_beside(folder)?;
+    signals::begin(&stop)?;
+    let asked = asked(args, &prepared, scratch.clone(), stop);
+    let found = propose_from(&asked, &prepared, folder);
+    let _ = std::fs::remove_dir_all(&scratch);
+    found
+}
+
+fn prepare(args: &Args) -> Result<Prepared, Vec<Diagnostic>> {
+    let rig = load_rig(&args.over.rig)?.rehearsed_on(Tier::Virtual, &crate::files::profile::simulated());
+    let names = if args.names.is_empty() { vec!["regression".to_owned()] } else { args.names.clone() };
+    let plan = plan::plan(&Wanted { names, ..Wanted::default() }, &rig).map_err(|error| match error {
+        plan::PlanError::Mistakes(found) | plan::PlanError::Refused(found) => found,
+        plan::PlanError::NothingSelected(message) => vec![Diagnostic::new(message)],
+    })?;
+    let criteria = match args.propose {
+        Some(_) => None,
+        None => Some(Criteria::parse(&criteria_file(args, &plan)?, &plan.requirements)?),
+    };
+    let units = units(&args.over)?;
+    let baseline = if args.baseline.ends_with(".json") {
+        let record = store::read_arm(Path::new(&args.baseline)).map_err(|text| vec![Diagnostic::new(text)])?;
+        BaselineArm::Stored(Box::new(record))
+    } else {
+        let files = ArmFiles { parameters: &args.baseline, states: &args.baseline_state };
+        BaselineArm::ToRun(Box::new(Arm::read(&files, &rig)?))
+    };
+    let candidate = args.candidate.as_ref().map(|parameters| {
+        Arm::read(&ArmFiles { parameters, states: &args.candidate_state }, &rig)
+    });
+    Ok(Prepared { candidate: candidate.transpose()?, rig, plan, units, criteria, baseline })
+}
+
+/// The criteria file that somebody names, the one that lies there, or the one of the campaign.
+fn criteria_file(args: &Args, plan: &CampaignPlan) -> Result<procedures::diagnostic::SourceFile, Vec<Diagnostic>> {
+    const HERE: &str = "regress.toml";
+    let find = |name: &str| {
+        shipped::find(Folder::Criteria, name, None).and_then(|source| sort::expect(source, Folder::Criteria))
+    };
+    match &args.criteria {
+        Some(name) => find(name),
+        None if Path::new(HERE).exists() => find(HERE),
+        None => find(&plan.id).map_err(|_| {
+            let message = format!(
+                "no criteria: `{HERE}` is not here, and none are shipped for campaign `{}`",
+                plan.id
+            );
+            let help = "give them with `--criteria FILE`; `bench regress --propose FILE` writes one with a margin for every \
+                        requirement that the baseline is measured by";
+            vec![Diagnostic::new(message).help(help)]
+        }),
+    }
+}
+
+fn units(over: &Over) -> Result<Units, Vec<Diagnostic>> {
+    if over.unit.is_empty() {
+        let help = "name at least two with `--unit FILE FILE …`";
+        return Err(vec![Diagnostic::new("no units: a comparison needs some").help(help)]);
+    }
+    Units::named(&over.unit)
+}
+
+fn asked<'a>(args: &Args, prepared: &'a Prepared, folder: PathBuf, stop: Arc<AtomicU16>) -> Asked<'a> {
+    let processors = || std::thread::available_parallelism().map_or(1, usize::from);
+    Asked {
+        plan: &prepared.plan,
+        rig: &prepared.rig,
+        units: &prepared.units,
+        seed: args.over.seed,
+        seeds_per_unit: args.over.seeds_per_unit,
+        shard: args.over.shard.unwrap_or(Shard::WHOLE),
+        jobs: args.over.jobs.map_or_else(processors, usize::from),
+        folder,
+        keep: args.keep,
+        stop,
+        tell: &tell,
+    }
+}
+
+/// How far it is, at most twenty times.
+fn tell(done: usize, of: usize) {
+    if done == of || done.is_multiple_of(of.div_ceil(20)) {
+        output::note(&format!("{done} of {of} runs"));
+    }
+}
+
+/// A hidden folder for logs beside a file that is to be written.
+fn tempfile_beside(file: &Path) -> Result<PathBuf, u8> {
+    if file.exists() {
+        output::error(&format!("--propose {}: the file exists; choose a new one", file.display()));
+        return Err(exit::USAGE);
+    }
+    let parent = file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = parent.join(format!(".regress-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).map(|()| folder).map_err(|error| {
+        output::error(&format!("{}: {error}; {}", file.display(), durable::OUTPUT_HELP));
+        exit::BENCH
+    })
+}
+
+/// Runs the baseline and writes criteria with margins from what it measured.
+fn propose_from(asked: &Asked<'_>, prepared: &Prepared, file: &Path) -> Result<u8, u8> {
+    let record = match &prepared.baseline {
+        BaselineArm::Stored(record) => (**record).clone(),
+        BaselineArm::ToRun(arm) => {
+            let course = Course { from: 1, to: prepared.units.count() };
+            records(asked, std::slice::from_ref(&**arm), course)?.remove(0)
+        }
+    };
+    let text = propose(&prepared.plan.requirements, &Baseline::of_record(&record));
+    durable::write(file, text.as_bytes()).map_err(|error| {
+        output::error(&format!("{}: {error}; {}", file.display(), durable::OUTPUT_HELP));
+        exit::BENCH
+    })?;
+    output::say(&format!("{}: criteria with proposed margins; read and adjust them", file.display()));
+    Ok(exit::PASS)
+}
+
+fn records(asked: &Asked<'_>, arms: &[Arm], course: Course) -> Result<Vec<ArmRecord>, u8> {
+    run_arms(asked, arms, course).map_err(|stopped| {
+        output::error(&stopped.to_string());
+        stopped.exit_code()
+    })
+}
+
+fn compare(args: &Args, prepared: &Prepared, stop: Arc<AtomicU16>) -> Result<u8, u8> {
+    let (Some(criteria), Some(candidate)) = (&prepared.criteria, &prepared.candidate) else {
+        return Err(exit::USAGE);
+    };
+    let folder = out_folder(args.out.as_deref())?;
+    signals::begin(&stop)?;
+    let asked = asked(args, prepared, folder.join("runs"), stop);
+    if args.sequential {
+        return sequential::compare(args, prepared, &asked, &folder);
+    }
+    let course = Course { from: 1, to: prepared.units.count() };
+    let found = both(&asked, &prepared.baseline, candidate, course)?;
+    if !args.keep {
+        let _ = std::fs::remove_dir(&asked.folder);
+    }
+    kept(store::write_records(&folder, &found, criteria))?;
+    if asked.shard != Shard::WHOLE {
+        let Shard { number, parts } = asked.shard;
+        output::say(&format!(
+            "{}: shard {number} of {parts}; when all are there: bench merge FOLDER… --out DIR",
+            folder.display()
+        ));
+        return Ok(exit::PASS);
+    }
+    let regression = decided(criteria, &found, Look::Single)?;
+    finish(&folder, &regression, args.json)
+}
+
+/// Records of both arms on the units of a course.
+fn both(asked: &Asked<'_>, baseline: &BaselineArm, candidate: &Arm, course: Course) -> Result<Records, u8> {
+    match baseline {
+        BaselineArm::Stored(stored) => {
+            let candidate = records(asked, std::slice::from_ref(candidate), course)?.remove(0);
+            Ok(Records { baseline: (**stored).clone(), candidate })
+        }
+        BaselineArm::ToRun(arm) => {
+            let mut found = records(asked, &[(**arm).clone(), candidate.clone()], course)?;
+            let candidate = found.remove(1);
+            Ok(Records { baseline: found.remove(0), candidate })
+        }
+    }
+}
+
+/// What two records come to; mistakes on stderr.
+pub(super) fn decided(criteria: &Criteria, found: &Records, look: Look) -> Result<Regression, u8> {
+    Regression::new(criteria, &found.baseline, &found.candidate, look).map_err(|errors| {
+        let found: Vec<Diagnostic> = errors.iter().map(|error| Diagnostic::new(error.to_string())).collect();
+        output::mistakes(&found)
+    })
+}
+
+/// Writes and prints a decision; gives its exit code.
+pub(super) fn finish(folder: &Path, regression: &Regression, json: bool) -> Result<u8, u8> {
+    kept(store::write_decision(folder, regression))?;
+    if json {
+        output::say(reports::regression::json(regression).trim_end());
+    } else {
+        output::say(&reports::regression::text(regression));
+        output::say(&format!("{}: regression.md, junit.xml, regression.json", folder.display()));
+    }
+    Ok(regression.call().exit_code())
+}
+
+pub(super) fn kept(written: Result<(), String>) -> Result<(), u8> {
+    written.map_err(|message| {
+        output::error(&message);
+        exit::BENCH
+    })
+}
+
+/// The folder that is asked for, or the next number below `regressions`.
+pub(super) fn out_folder(wanted: Option<&Path>) -> Result<PathBuf, u8> {
+    let folder = wanted.map_or_else(next_number, Path::to_owned);
+    store::new_folder(&folder).map_err(|(message, is_mistake)| {
+        output::error(&message);
+        if is_mistake { exit::USAGE } else { exit::BENCH }
+    })?;
+    Ok(folder)
+}
+
+fn next_number() -> PathBuf {
+    let all = Path::new("regressions");
+    let taken = std::fs::read_dir(all).into_iter().flatten().flatten();
+    let largest = taken.filter_map(|entry| entry.file_name().to_str()?.parse::<u32>().ok()).max().unwrap_or(0);
+    all.join(largest.saturating_add(1).to_string())
+}

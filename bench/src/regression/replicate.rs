@@ -1,0 +1,192 @@
+//! One run of one arm: a unit, a seed, a controller; what was judged of it.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicU16;
+
+use procedures::measurement::Measurement;
+use procedures::regression::{End, Replicate, ReplicateValue};
+use procedures::verdict::{Judgement, Verdict};
+use reports::record::{Findings, Status};
+
+use super::population;
+use super::work::Arm;
+use crate::campaign::{self, ProcedureRun, RunResult, Setup};
+use crate::exit;
+use crate::judge::{self, Fold, fold};
+use crate::model::rig::Rig;
+use crate::people::Answers;
+use crate::people::event::{Listener, RunEvent};
+use crate::people::lock;
+use crate::people::signals;
+use crate::people::underway::Underway;
+use crate::plan::CampaignPlan;
+use crate::site::VirtualSite;
+use crate::site::unit::Unit;
+
+/// Why a run says nothing of its controller.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("unit {unit}, seed {seed}: {why}")]
+pub struct RunFailure {
+    /// Number of the unit.
+    pub unit: u32,
+    /// Seed.
+    pub seed: u64,
+    /// What failed.
+    pub why: String,
+    /// What it means for the program's exit.
+    pub exit_code: u8,
+}
+
+/// What a run is made of.
+pub(super) struct Job<'a> {
+    pub(super) plan: &'a CampaignPlan,
+    pub(super) rig: &'a Rig,
+    pub(super) arm: &'a Arm,
+    pub(super) unit: &'a Unit,
+    pub(super) number: u32,
+    pub(super) seed: u64,
+    /// Run folder, not existing.
+    pub(super) folder: &'a Path,
+    pub(super) stop: &'a Arc<AtomicU16>,
+}
+
+/// Nobody listens to one run of many.
+struct Nobody;
+
+impl Listener for Nobody {
+    fn hear(&mut self, _event: &RunEvent) {}
+}
+
+impl Job<'_> {
+    fn failure(&self, why: String, exit_code: u8) -> RunFailure {
+        RunFailure { unit: self.number, seed: self.seed, why, exit_code }
+    }
+
+    /// Runs it.
+    ///
+    /// # Errors
+    /// Where the bench failed or was stopped: the controller had no part in that.
+    pub(super) fn run(&self) -> Result<Replicate, RunFailure> {
+        let mistakes = |found: Vec<procedures::diagnostic::Diagnostic>| {
+            let texts: Vec<String> = found.iter().map(ToString::to_string).collect();
+            self.failure(texts.join("\n"), exit::USAGE)
+        };
+        let unit = self.arm.laid_over(self.unit).map_err(mistakes)?;
+        let built = self.plan.units(&unit).map_err(mistakes)?;
+        std::fs::create_dir_all(self.folder)
+            .map_err(|error| self.failure(format!("{}: {error}", self.folder.display()), exit::BENCH))?;
+        let site = VirtualSite::new(&unit, &built);
+        let setup = Setup {
+            plan: self.plan,
+            rig: self.rig,
+            unit: &unit,
+            built: built.clone(),
+            gains: &self.arm.gains,
+            folder: self.folder.to_owned(),
+            seed: self.seed,
+            jobs: Some(1),
+            answers: Answers { yes: true, non_interactive: true, ..Answers::default() },
+            lock_folder: lock::system_folder(),
+            operator: None,
+            serial_number: None,
+            command_line: String::new(),
+            underway: Underway::default(),
+            stop: Arc::clone(self.stop),
+            polarity: None,
+            site: &site,
+            judge: judge::judge_log,
+            judge_program: None,
+        };
+        let result = campaign::run(&setup, &mut Nobody)
+            .map_err(|error| self.failure(error.to_string(), exit::BENCH))?;
+        self.replicate(result)
+    }
+
+    fn replicate(&self, result: RunResult) -> Result<Replicate, RunFailure> {
+        let stopped = signals::exit_code(self.stop);
+        if stopped != exit::PASS {
+            return Err(self.failure("stopped by a signal".to_owned(), stopped));
+        }
+        let end = self.end(&result)?;
+        let by = Fold {
+            page: &result.page,
+            requirements: &self.plan.requirements,
+            requirements_text: &self.plan.requirements_source.text,
+            folder: Some(self.folder),
+        };
+        let findings = fold(&by, &result.judged);
+        let closed = result.journal.close(result.exit_code);
+        closed.map_err(|error| self.failure(format!("{}: {error}", self.folder.display()), exit::BENCH))?;
+        Ok(Replicate {
+            unit: self.number,
+            unit_id: self.unit.id.clone(),
+            unit_sha256: population::digest(self.unit),
+            seed: self.seed,
+            end,
+            values: values(&findings),
+        })
+    }
+
+    /// How the run ended. An axis that met an end stop did so by its controller; a disk that is full is nobody's fault.
+    fn end(&self, result: &RunResult) -> Result<End, RunFailure> {
+        if let Some(why) = result.must_look.first() {
+            return Ok(End::Aborted { why: why.clone() });
+        }
+        let mut named = self.plan.procedures.iter().zip(&result.runs);
+        let Some((planned, run)) = named.find(|(_, run)| run.status != Status::Completed) else {
+            return Ok(End::Completed);
+        };
+        let why = why(&planned.procedure.id, run);
+        match run.exit_code {
+            code @ (exit::BENCH | exit::INTERNAL | exit::REFUSED) => Err(self.failure(why, code)),
+            _ => Ok(End::Aborted { why }),
+        }
+    }
+}
+
+/// `AZ-STEP aborted: tracking error of az …`.
+fn why(procedure: &str, run: &ProcedureRun) -> String {
+    let reason = run.reason.as_deref().unwrap_or("no reason is given");
+    format!("{procedure} {}: {reason}", run.status.word())
+}
+
+/// Every finding that a requirement judges, in the order of the findings.
+fn values(findings: &Findings) -> Vec<ReplicateValue> {
+    let mut values: Vec<ReplicateValue> = Vec::new();
+    for procedure in findings.procedures.iter().filter(|procedure| procedure.state.is_none()) {
+        for judgement in &procedure.judgements {
+            let Some(found) = procedure.measurements.get(judgement.measurement) else { continue };
+            let place = place(&procedure.id, found);
+            let is_same = |value: &&ReplicateValue| {
+                value.requirement == judgement.requirement
+                    && value.measurand == found.measurand
+                    && (value.place == place || value.place.starts_with(&format!("{place} #")))
+            };
+            let before = values.iter().filter(is_same).count();
+            let place = if before == 0 { place } else { format!("{place} #{}", before + 1) };
+            values.push(value(judgement, found, place));
+        }
+    }
+    values
+}
+
+/// `AZ-VELOCITY-LOOP az, elevation=60 deg`.
+fn place(procedure: &str, found: &Measurement) -> String {
+    let axis = if found.axis.is_empty() { String::new() } else { format!(" {}", found.axis) };
+    let point = found.point.as_deref().filter(|point| !point.is_empty());
+    format!("{procedure}{axis}{}", point.map_or_else(String::new, |point| format!(", {point}")))
+}
+
+fn value(judgement: &Judgement, found: &Measurement, place: String) -> ReplicateValue {
+    let passes = matches!(judgement.verdict, Verdict::Pass | Verdict::ConditionalPass | Verdict::Screened)
+        || judgement.verdict == Verdict::None && found.value.is_some();
+    ReplicateValue {
+        requirement: judgement.requirement.clone(),
+        measurand: found.measurand.clone(),
+        place,
+        value: found.value.filter(|value| value.is_finite()),
+        u: if found.u.is_finite() { found.u } else { 0.0 },
+        passes,
+    }
+}

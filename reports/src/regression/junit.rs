@@ -1,0 +1,78 @@
+//! A regression as test cases.
+
+use procedures::regression::{Call, Outcome};
+
+use super::Regression;
+use super::sections;
+use crate::markup::Markup;
+
+/// What a case comes to; the text says why.
+enum Result {
+    Passed,
+    Failed(String),
+    Error(String),
+    Skipped(String),
+}
+
+struct Case {
+    name: String,
+    result: Result,
+}
+
+pub(super) fn render(found: &Regression) -> String {
+    let cases = cases(found);
+    let count = |is: fn(&Result) -> bool| cases.iter().filter(|case| is(&case.result)).count().to_string();
+    let [tests, failures, errors, skipped] = [
+        cases.len().to_string(),
+        count(|result| matches!(result, Result::Failed(_))),
+        count(|result| matches!(result, Result::Error(_))),
+        count(|result| matches!(result, Result::Skipped(_))),
+    ];
+    let name = format!("bench.regress.{}", found.scenario.campaign);
+    let mut m = Markup::default();
+    m.verbatim("<?xml version=\"1.0\" encoding=\"UTF-8\"?>");
+    let counts = [("name", name.as_str()), ("tests", &tests), ("failures", &failures), ("errors", &errors)];
+    m.open("testsuites", &counts);
+    m.open("testsuite", &[counts.as_slice(), &[("skipped", skipped.as_str())]].concat());
+    for case in &cases {
+        m.open("testcase", &[("classname", &name), ("name", &case.name)]);
+        write(&mut m, &case.result);
+        m.close();
+    }
+    m.finish()
+}
+
+fn cases(found: &Regression) -> Vec<Case> {
+    let criteria = found.worst_first().into_iter().map(|outcome| Case {
+        name: outcome.criterion.name(),
+        result: result(outcome),
+    });
+    let ends = found.ends.iter().map(|end| {
+        let why = end.candidate.as_ref().or(end.baseline.as_ref()).cloned().unwrap_or_default();
+        let result = match end.baseline {
+            None => Result::Failed(format!("ended early with the candidate alone: {why}")),
+            Some(_) => Result::Skipped(format!("ended early with the baseline, too: {why}")),
+        };
+        Case { name: format!("unit {} with seed {}", end.unit, end.seed), result }
+    });
+    criteria.chain(ends).collect()
+}
+
+fn result(outcome: &Outcome) -> Result {
+    let said = format!("{}: {}", sections::word(outcome), sections::shift(outcome));
+    match outcome.call {
+        _ if outcome.blocks => Result::Failed(said),
+        Call::Worse | Call::Inconclusive if outcome.criterion.blocking => Result::Error(said),
+        Call::Worse | Call::Inconclusive => Result::Skipped(said),
+        Call::Better | Call::Equivalent | Call::Identical => Result::Passed,
+    }
+}
+
+fn write(m: &mut Markup, result: &Result) {
+    match result {
+        Result::Passed => {}
+        Result::Failed(message) => m.empty("failure", &[("type", "regression"), ("message", message)]),
+        Result::Error(message) => m.empty("error", &[("type", "inconclusive"), ("message", message)]),
+        Result::Skipped(message) => m.empty("skipped", &[("message", message)]),
+    }
+}
