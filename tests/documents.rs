@@ -10,7 +10,7 @@ fn every_verb_of_the_help_answers_and_the_readme_names_it() {
     let help = run_in(folder.path(), &["--help"]);
     assert_eq!(help.code, 0);
     for verb in [
-        "run", "check", "plan", "list", "rejudge", "compare", "report", "explain", "schema", "devices",
+        "run", "check", "plan", "list", "rejudge", "compare", "regress", "merge", "report", "explain", "schema", "devices",
         "init", "import", "rtcheck", "monitor",
     ] {
         assert!(help.out.contains(verb), "{verb} is not in the help");

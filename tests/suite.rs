@@ -32,6 +32,7 @@ mod positions;
 mod range;
 mod readers;
 mod realtime;
+mod regression;
 mod rejudge;
 mod renamed;
 mod rooms;

@@ -54,7 +54,7 @@ pub const EXIT_CODES: &[ExitCode] = &[
     ExitCode { code: INTERNAL, meaning: "internal error: a defect in the bench, please report it" },
     ExitCode {
         code: FAIL,
-        meaning: "a requirement is not met (fail or conditional fail); `compare` finds a difference",
+        meaning: "a requirement is not met (fail or conditional fail); `compare` finds a difference; `regress` finds the candidate worse",
     },
     ExitCode { code: BENCH, meaning: "the bench, a device or the output failed (I/O)" },
     ExitCode {

@@ -3,7 +3,7 @@
 //! Beside that, what people are told ([`event`], [`console`]), what they order ([`signals`]), what a run holds against others
 //! ([`lock`]), and the look at a rig after a run was lost ([`inspect`]).
 //!
-//! External controllers, fault and capture middleware, `drill` and `regress` do not exist yet; each gets its row in
+//! External controllers, fault and capture middleware and `drill` do not exist yet; each gets its row in
 //! [`RULES`] when it comes.
 
 use std::collections::BTreeMap;

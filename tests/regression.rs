@@ -1,0 +1,176 @@
+//! `bench regress` and `bench merge`: two controllers on the same units, from the command line to the files.
+
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use crate::bench::{Said, folder, run_in, write};
+
+const GAINS: &str = include_str!("../controllers/params/director.toml");
+
+/// A folder with a campaign of one loop, its criteria, three units, and controllers: `slow.toml` has 20 % less gain in elevation,
+/// `wild.toml` swings up.
+fn desk(folder: &Path) {
+    let campaign = "schema = 1\nid = \"loop\"\ntitle = \"One loop\"\nmust-measure = [\"VEL-BW\"]\nclaim = \"screening\"\n\
+        requirements = \"shipped:requirements.toml\"\n\
+        [[procedure]]\nfile = \"shipped:polarity.toml\"\n\
+        [[procedure]]\nfile = \"shipped:regression/el-velocity-loop.toml\"\n";
+    write(folder, "loop.toml", campaign);
+    let criteria = "schema = 1\n[[criterion]]\nrequirement = \"VEL-BW\"\nmargin = \"0.1 Hz\"\n\
+        [[criterion]]\nrequirement = \"VEL-PM\"\nmargin = \"1 deg\"\nblocking = false\n";
+    write(folder, "regress.toml", criteria);
+    for (name, inertia) in [("light", 0.97), ("medium", 1.0), ("heavy", 1.03)] {
+        let unit = format!(
+            "schema = 1\nid = \"{name}\"\ntitle = \"{name}\"\nbase = \"nominal\"\n[el]\ncoulomb-torque = \"{} N*m\"\n",
+            40.0 * inertia
+        );
+        write(folder, &format!("{name}.toml"), &unit);
+    }
+    assert!(GAINS.contains("velocity-kp = \"18250 N*m*s/rad\""), "the gain that the tests change");
+    write(folder, "slow.toml", &GAINS.replace("18250 N*m*s/rad", "14600 N*m*s/rad"));
+    write(folder, "wild.toml", &GAINS.replace("18250 N*m*s/rad", "90000 N*m*s/rad"));
+}
+
+const UNITS: [&str; 4] = ["--unit", "./light.toml", "./medium.toml", "./heavy.toml"];
+
+fn regress(folder: &Path, arguments: &[&str]) -> Said {
+    run_in(folder, &[&["regress", "./loop.toml"], &UNITS[..], arguments].concat())
+}
+
+/// A folder in which `slow` was compared with the baseline, into `slow`.
+fn compared() -> &'static Path {
+    static DONE: OnceLock<PathBuf> = OnceLock::new();
+    DONE.get_or_init(|| {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("regression");
+        if folder.exists() {
+            std::fs::remove_dir_all(&folder).expect("the folder of an earlier test");
+        }
+        std::fs::create_dir_all(&folder).expect("a folder for tests");
+        desk(&folder);
+        let said = regress(&folder, &["--candidate", "./slow.toml", "--out", "slow", "--jobs", "2"]);
+        assert_eq!(said.code, 1, "{}\n{}", said.out, said.err);
+        folder
+    })
+}
+
+fn bytes(folder: &Path, name: &str) -> Vec<u8> {
+    std::fs::read(folder.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+}
+
+const FILES: [&str; 6] =
+    ["baseline.json", "candidate.json", "criteria.json", "junit.xml", "regression.json", "regression.md"];
+
+#[test]
+fn less_gain_is_worse_by_what_it_takes_from_the_bandwidth_and_the_comparison_says_where() {
+    let markdown = String::from_utf8(bytes(compared(), "slow/regression.md")).expect("text");
+    assert!(markdown.starts_with("# Servo regression: worse: 1 of 2 comparisons blocked"), "{markdown}");
+    let row = markdown.lines().find(|line| line.starts_with("| WORSE |")).expect("a row that blocks");
+    assert!(row.contains("VEL-BW") && row.contains("EL-VELOCITY-LOOP el"), "{row}");
+    let data: serde_json::Value = serde_json::from_slice(&bytes(compared(), "slow/regression.json")).expect("JSON");
+    let shift = data["decision"]["outcomes"][0]["shift"].as_f64().expect("a shift");
+    // Below the first mode the loop is an integrator: 20 % less gain are 20 % less bandwidth, 0.75 Hz of 3.78, less what the PI's
+    // integral holds back.
+    assert!((0.5..0.85).contains(&shift), "{shift}");
+    assert_eq!(std::fs::read_dir(compared().join("slow")).expect("a folder").count(), FILES.len(), "no log stays");
+}
+
+#[test]
+fn a_controller_beside_itself_is_identical_and_one_job_writes_the_bytes_of_two() {
+    let folder = folder();
+    desk(folder.path());
+    let said = regress(folder.path(), &["--candidate", "director", "--out", "one", "--jobs", "1"]);
+    assert_eq!(said.code, 0, "{}\n{}", said.out, said.err);
+    assert!(said.out.contains("identical: 2 comparisons with the same values"), "{}", said.out);
+    assert_eq!(bytes(folder.path(), "one/baseline.json"), bytes(compared(), "slow/baseline.json"));
+}
+
+#[test]
+fn merged_shards_have_the_bytes_of_the_whole_and_a_lost_one_is_named_and_run_again_alone() {
+    let folder = folder();
+    desk(folder.path());
+    let shard = |number: u32| {
+        let [part, out] = [format!("{number}/2"), format!("part-{number}")];
+        let arguments = ["--candidate", "./slow.toml", "--shard", &part, "--out", &out];
+        let said = regress(folder.path(), &arguments);
+        assert_eq!(said.code, 0, "{}", said.err);
+    };
+    shard(2);
+    let lost = run_in(folder.path(), &["merge", "part-2", "--out", "whole"]);
+    assert_eq!(lost.code, 2);
+    assert!(lost.err.contains("shards 1 of 2 are missing") && lost.err.contains("--shard 1/2"), "{}", lost.err);
+    shard(1);
+    let merged = run_in(folder.path(), &["merge", "part-2", "part-1", "--out", "whole"]);
+    assert_eq!(merged.code, 1, "{}\n{}", merged.out, merged.err);
+    for file in FILES {
+        let [own, whole] = [bytes(folder.path(), &format!("whole/{file}")), bytes(compared(), &format!("slow/{file}"))];
+        assert!(own == whole, "{file} differs");
+    }
+    let twice = run_in(folder.path(), &["merge", "part-2", "part-2", "part-1", "--out", "again"]);
+    assert!(twice.code == 2 && twice.err.contains("is in part-2, too"), "{}", twice.err);
+}
+
+#[test]
+fn a_stored_baseline_is_compared_without_running_it_again() {
+    let folder = folder();
+    desk(folder.path());
+    let stored = compared().join("slow/baseline.json");
+    let stored = stored.to_str().expect("a plain path");
+    let said = regress(folder.path(), &["--baseline", stored, "--candidate", "director", "--out", "again"]);
+    assert_eq!(said.code, 0, "{}\n{}", said.out, said.err);
+    assert!(said.err.contains("3 of 3 runs"), "only the candidate ran: {}", said.err);
+    let other_seed = ["--baseline", stored, "--candidate", "director", "--out", "seed", "--seed", "5", "--bisect"];
+    let other = regress(folder.path(), &other_seed);
+    assert_eq!(other.code, 125, "{}", other.err);
+    assert!(other.err.contains("seed: the baseline has 1, the candidate has 5"), "{}", other.err);
+}
+
+#[test]
+fn a_candidate_that_trips_is_worse_and_its_units_are_named() {
+    let folder = folder();
+    desk(folder.path());
+    let said = regress(folder.path(), &["--candidate", "./wild.toml", "--out", "wild", "--bisect"]);
+    assert_eq!(said.code, 1, "{}\n{}", said.out, said.err);
+    assert!(said.out.contains("runs ended early with the candidate alone"), "{}", said.out);
+    let junit = String::from_utf8(bytes(folder.path(), "wild/junit.xml")).expect("text");
+    assert!(junit.contains("failures=\"3\""), "{junit}");
+}
+
+#[test]
+fn what_cannot_be_compared_is_told_before_anything_runs() {
+    let folder = folder();
+    desk(folder.path());
+    write(folder.path(), "no-margin.toml", "schema = 1\n[[criterion]]\nrequirement = \"VEL-BW\"\n");
+    write(folder.path(), "unknown.toml", "schema = 1\n[[criterion]]\nrequirement = \"VEL-BV\"\nmargin = \"1 Hz\"\n");
+    write(folder.path(), "later.json", "{ \"schema\": \"regression-arm/9\" }");
+    let with = |more: &[&str]| regress(folder.path(), &[&["--candidate", "director", "--out", "never"], more].concat());
+    for (arguments, expected) in [
+        (&["--criteria", "./no-margin.toml"][..], "missing key `margin`"),
+        (&["--criteria", "./unknown.toml"][..], "unknown requirement `VEL-BV`"),
+        (&["--criteria", "./light.toml"][..], "contains a simulated unit"),
+        (&["--baseline", "./later.json"][..], "schema `regression-arm/9`, expected `regression-arm/1`"),
+        (&["--baseline", "./gone.json"][..], "gone.json: cannot be read"),
+        (&["--shard", "3/2"][..], "expected K/N with K from 1 to N"),
+        (&["--sequential"][..], "--sequential looks at up to 40 units, and there are 3"),
+    ] {
+        let said = with(arguments);
+        assert_eq!(said.code, 2, "{arguments:?}: {}", said.err);
+        assert!(said.err.contains(expected), "{arguments:?}: {}", said.err);
+    }
+    let twice = run_in(folder.path(), &["regress", "./loop.toml", "--unit", "nominal", "nominal", "--candidate", "director"]);
+    assert!(twice.code == 2 && twice.err.contains("unit `nominal` is named twice"), "{}", twice.err);
+    std::fs::remove_file(folder.path().join("regress.toml")).expect("a file");
+    let without = with(&[]);
+    assert!(without.code == 2 && without.err.contains("no criteria: `regress.toml` is not here"), "{}", without.err);
+}
+
+#[test]
+fn proposed_criteria_are_read_and_call_the_controller_beside_itself_identical() {
+    let folder = folder();
+    desk(folder.path());
+    let stored = compared().join("slow/baseline.json");
+    let stored = stored.to_str().expect("a plain path");
+    let said = regress(folder.path(), &["--baseline", stored, "--propose", "proposed.toml"]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    let text = std::fs::read_to_string(folder.path().join("proposed.toml")).expect("criteria");
+    assert!(text.contains("requirement = \"VEL-BW\"\nmargin = "), "{text}");
+    assert_eq!(regress(folder.path(), &["--baseline", stored, "--propose", "proposed.toml"]).code, 2, "it exists");
+}
