@@ -4,7 +4,7 @@ use procedures::quantity::QuantityKind;
 use procedures::regression::{Call, Look, Outcome, Scale, Worse};
 
 use super::{Regression, Side};
-use crate::number::{Shown, percent, short, significant};
+use crate::number::{Shown, percent, short, significant, typeset};
 use crate::printable::counted;
 
 /// A heading and the table below it.
@@ -73,7 +73,7 @@ pub(super) fn rules(found: &Regression) -> Vec<String> {
         "Equivalent: the interval lies inside ± margin; worse, better: it lies above or below zero otherwise; a worse criterion blocks \
          where its p, adjusted for all blocking criteria (Holm), is below 5 %."
             .to_owned(),
-        "Picture: interval `─` and mean `●` of the shift, margins `|`, zero `·`.".to_owned(),
+        "Picture: interval ━ and mean ● of the shift, margins ┊, zero ┼.".to_owned(),
     ]
 }
 
@@ -154,7 +154,7 @@ pub(super) fn shift(outcome: &Outcome) -> String {
     let unit = shown(outcome);
     let number = |shift: f64| {
         let value = unit.number(displayed(outcome, shift));
-        let text = significant(value, 2);
+        let text = typeset(&significant(value, 2));
         if value > 0.0 { format!("+{text}") } else { text }
     };
     let mut text = match (outcome.shift, outcome.interval) {
@@ -204,13 +204,12 @@ fn picture(outcome: &Outcome) -> String {
         _ if place == mean => '●',
         0 if mean < 0 => '◄',
         _ if place == CELLS - 1 && mean >= CELLS => '►',
-        _ if (low..=high).contains(&place) => '─',
-        _ if margins.contains(&place) => '|',
-        _ if place == half => '·',
-        _ => ' ',
+        _ if (low..=high).contains(&place) => '━',
+        _ if margins.contains(&place) => '┊',
+        _ if place == half => '┼',
+        _ => '┈',
     };
-    let cells: String = (0..CELLS).map(symbol).collect();
-    format!("[{cells}]")
+    (0..CELLS).map(symbol).collect()
 }
 
 fn ends(found: &Regression) -> Section {

@@ -12,6 +12,7 @@ pub mod linear;
 pub mod measured_flips;
 pub mod measured_points;
 pub mod mutations;
+pub mod planted;
 pub mod polarity;
 pub mod prediction;
 pub mod probe;

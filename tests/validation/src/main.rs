@@ -22,7 +22,7 @@ const fn study(name: &'static str, about: &'static str, run: fn() -> ExitCode) -
 }
 
 #[rustfmt::skip]
-const STUDIES: [Study; 20] = [
+const STUDIES: [Study; 21] = [
     study("blind", "units drawn from declared distributions: findings beside what was drawn", || blind::study().report()),
     study("compare_runs", "rows, events and findings of two runs of one campaign", || compare_runs::study().report()),
     study("current_limits", "every moving procedure on drives that give less than the rig file says", || current_limits::study().report()),
@@ -31,6 +31,7 @@ const STUDIES: [Study; 20] = [
     study("measured_flips", "every defect against what it must and may fail, by whole runs", || measured_flips::study().report()),
     study("mode_map", "measured modes beside the unit's own, all elevations", || mode_map::study().report()),
     study("mutations", "mutated files of every sort: no panic, no hang, bounded memory", || mutations::study().report()),
+    study("planted_changes", "how often planted changes of a controller are called rightly", || planted_changes::study().report()),
     study("polarity", "every wrong sign and scale caught, no false alarm", || polarity::study().report()),
     study("published_tables", "tables 4.1 to 4.5 of the study beside model and simulation", || published_tables::study().report()),
     study("recovery_allan", "noises of a gyro from an hour's record", || recovery_allan::study().report()),

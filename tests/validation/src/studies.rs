@@ -8,6 +8,7 @@ pub(crate) mod loop_margins;
 pub(crate) mod measured_flips;
 pub(crate) mod mode_map;
 pub(crate) mod mutations;
+pub(crate) mod planted_changes;
 pub(crate) mod polarity;
 pub(crate) mod published_tables;
 pub(crate) mod recovery_allan;

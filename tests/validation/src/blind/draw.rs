@@ -138,7 +138,7 @@ fn spelled_out(key: &str) -> Vec<String> {
 }
 
 /// A value as a person would write it, to six digits: what is read back is the truth.
-pub(super) fn text(quantity: &str, value: f64) -> String {
+pub fn text(quantity: &str, value: f64) -> String {
     let name = serde_json::Value::String(quantity.to_owned());
     let kind: QuantityKind = serde_json::from_value(name).expect("settings name kinds of quantity");
     kind.format(value)
