@@ -81,11 +81,19 @@ fn less_gain_is_worse_by_what_it_takes_from_the_bandwidth_and_the_comparison_say
     assert!(markdown.starts_with("# Servo regression: worse: 1 of 2 comparisons blocked"), "{markdown}");
     let row = markdown.lines().find(|line| line.starts_with("| WORSE |")).expect("a row that blocks");
     assert!(row.contains("VEL-BW") && row.contains("EL-VELOCITY-LOOP el"), "{row}");
-    let data: serde_json::Value = serde_json::from_slice(&bytes(compared(), "slow/regression.json")).expect("JSON");
+    let data: serde_json::Value =
+        serde_json::from_slice(&bytes(compared(), "slow/regression.json")).expect("JSON");
     let shift = data["decision"]["outcomes"][0]["shift"].as_f64().expect("a shift");
     let expected = bandwidth_hz(1.0) - bandwidth_hz(14_600.0 / 18_250.0);
-    assert!(expected > 0.2 && (shift - expected).abs() < 0.02, "{shift} Hz, by the linear model {expected} Hz");
-    assert_eq!(std::fs::read_dir(compared().join("slow")).expect("a folder").count(), FILES.len(), "no log stays");
+    assert!(
+        expected > 0.2 && (shift - expected).abs() < 0.02,
+        "{shift} Hz, by the linear model {expected} Hz"
+    );
+    assert_eq!(
+        std::fs::read_dir(compared().join("slow")).expect("a folder").count(),
+        FILES.len(),
+        "no log stays"
+    );
 }
 
 #[test]
@@ -111,12 +119,17 @@ fn merged_shards_have_the_bytes_of_the_whole_and_a_lost_one_is_named_and_run_aga
     shard(2);
     let lost = run_in(folder.path(), &["merge", "part-2", "--out", "whole"]);
     assert_eq!(lost.code, 2);
-    assert!(lost.err.contains("shards 1 of 2 are missing") && lost.err.contains("--shard 1/2"), "{}", lost.err);
+    assert!(
+        lost.err.contains("shards 1 of 2 are missing") && lost.err.contains("--shard 1/2"),
+        "{}",
+        lost.err
+    );
     shard(1);
     let merged = run_in(folder.path(), &["merge", "part-2", "part-1", "--out", "whole"]);
     assert_eq!(merged.code, 1, "{}\n{}", merged.out, merged.err);
     for file in FILES {
-        let [own, whole] = [bytes(folder.path(), &format!("whole/{file}")), bytes(compared(), &format!("slow/{file}"))];
+        let [own, whole] =
+            [bytes(folder.path(), &format!("whole/{file}")), bytes(compared(), &format!("slow/{file}"))];
         assert!(own == whole, "{file} differs");
     }
     let twice = run_in(folder.path(), &["merge", "part-2", "part-2", "part-1", "--out", "again"]);
@@ -132,7 +145,8 @@ fn a_stored_baseline_is_compared_without_running_it_again() {
     let said = regress(folder.path(), &["--baseline", stored, "--candidate", "director", "--out", "again"]);
     assert_eq!(said.code, 0, "{}\n{}", said.out, said.err);
     assert!(said.err.contains("3 of 3 runs"), "only the candidate ran: {}", said.err);
-    let other_seed = ["--baseline", stored, "--candidate", "director", "--out", "seed", "--seed", "5", "--bisect"];
+    let other_seed =
+        ["--baseline", stored, "--candidate", "director", "--out", "seed", "--seed", "5", "--bisect"];
     let other = regress(folder.path(), &other_seed);
     assert_eq!(other.code, 125, "{}", other.err);
     assert!(other.err.contains("seed: the baseline has 1, the candidate has 5"), "{}", other.err);
@@ -154,9 +168,15 @@ fn what_cannot_be_compared_is_told_before_anything_runs() {
     let folder = folder();
     desk(folder.path());
     write(folder.path(), "no-margin.toml", "schema = 1\n[[criterion]]\nrequirement = \"VEL-BW\"\n");
-    write(folder.path(), "unknown.toml", "schema = 1\n[[criterion]]\nrequirement = \"VEL-BV\"\nmargin = \"1 Hz\"\n");
+    write(
+        folder.path(),
+        "unknown.toml",
+        "schema = 1\n[[criterion]]\nrequirement = \"VEL-BV\"\nmargin = \"1 Hz\"\n",
+    );
     write(folder.path(), "later.json", "{ \"schema\": \"regression-arm/9\" }");
-    let with = |more: &[&str]| regress(folder.path(), &[&["--candidate", "director", "--out", "never"], more].concat());
+    let with = |more: &[&str]| {
+        regress(folder.path(), &[&["--candidate", "director", "--out", "never"], more].concat())
+    };
     for (arguments, expected) in [
         (&["--criteria", "./no-margin.toml"][..], "missing key `margin`"),
         (&["--criteria", "./unknown.toml"][..], "unknown requirement `VEL-BV`"),
@@ -170,11 +190,18 @@ fn what_cannot_be_compared_is_told_before_anything_runs() {
         assert_eq!(said.code, 2, "{arguments:?}: {}", said.err);
         assert!(said.err.contains(expected), "{arguments:?}: {}", said.err);
     }
-    let twice = run_in(folder.path(), &["regress", "./loop.toml", "--unit", "nominal", "nominal", "--candidate", "director"]);
+    let twice = run_in(
+        folder.path(),
+        &["regress", "./loop.toml", "--unit", "nominal", "nominal", "--candidate", "director"],
+    );
     assert!(twice.code == 2 && twice.err.contains("unit `nominal` is named twice"), "{}", twice.err);
     std::fs::remove_file(folder.path().join("regress.toml")).expect("a file");
     let without = with(&[]);
-    assert!(without.code == 2 && without.err.contains("no criteria: `regress.toml` is not here"), "{}", without.err);
+    assert!(
+        without.code == 2 && without.err.contains("no criteria: `regress.toml` is not here"),
+        "{}",
+        without.err
+    );
 }
 
 #[test]
@@ -187,19 +214,43 @@ fn proposed_criteria_are_read_and_call_the_controller_beside_itself_identical() 
     assert_eq!(said.code, 0, "{}", said.err);
     let text = std::fs::read_to_string(folder.path().join("proposed.toml")).expect("criteria");
     assert!(text.contains("requirement = \"VEL-BW\"\nmargin = "), "{text}");
-    assert_eq!(regress(folder.path(), &["--baseline", stored, "--propose", "proposed.toml"]).code, 2, "it exists");
+    assert_eq!(
+        regress(folder.path(), &["--baseline", stored, "--propose", "proposed.toml"]).code,
+        2,
+        "it exists"
+    );
 }
 
 #[test]
 fn an_arm_that_drops_tracker_frames_leaves_every_other_stream_of_the_log_unchanged() {
     let folder = folder();
-    write(folder.path(), "lossy.toml", "schema = 1\nid = \"lossy\"\ntitle = \"Lossy link\"\n[trackers]\ncoarse-dropped = \"60 %\"\nfine-dropped = \"60 %\"\n");
+    write(
+        folder.path(),
+        "lossy.toml",
+        "schema = 1\nid = \"lossy\"\ntitle = \"Lossy link\"\n[trackers]\ncoarse-dropped = \"60 %\"\nfine-dropped = \"60 %\"\n",
+    );
     write(folder.path(), "still.toml", STILL);
     let arguments = [
-        "regress", "./still.toml", "--criteria", "./track.toml", "--unit", "nominal", "as-measured", "--candidate", "director",
-        "--candidate-state", "./lossy.toml", "--out", "out", "--keep",
+        "regress",
+        "./still.toml",
+        "--criteria",
+        "./track.toml",
+        "--unit",
+        "nominal",
+        "as-measured",
+        "--candidate",
+        "director",
+        "--candidate-state",
+        "./lossy.toml",
+        "--out",
+        "out",
+        "--keep",
     ];
-    write(folder.path(), "track.toml", "schema = 1\n[[criterion]]\nrequirement = \"LAT-TRK\"\nmeasurand = \"tracker-latency\"\nmargin = \"50 %\"\n");
+    write(
+        folder.path(),
+        "track.toml",
+        "schema = 1\n[[criterion]]\nrequirement = \"LAT-TRK\"\nmeasurand = \"tracker-latency\"\nmargin = \"50 %\"\n",
+    );
     let said = run_in(folder.path(), &arguments);
     assert!(matches!(said.code, 0 | 3), "{}\n{}", said.out, said.err);
     let streams = |arm: &str| {

@@ -26,7 +26,9 @@ mod sample;
 #[cfg(test)]
 mod tests;
 
-pub use arm::{ARM_SCHEMA, ArmRecord, Controller, End, Population, Program, Replicate, ReplicateValue, Scenario, Shard};
+pub use arm::{
+    ARM_SCHEMA, ArmRecord, Controller, End, Population, Program, Replicate, ReplicateValue, Scenario, Shard,
+};
 pub use decide::{FAMILY_LEVEL, decide};
 pub use decision::{Arm, Call, Decision, LostPass, Outcome, Undecided, UnitShift};
 pub use merge::{MergeError, ShardFile, merge};

@@ -79,7 +79,8 @@ impl Regression {
         candidate: &ArmRecord,
         look: Look,
     ) -> Result<Self, Vec<Undecidable>> {
-        let all = |errors: Vec<PairingError>| -> Vec<Undecidable> { errors.into_iter().map(Into::into).collect() };
+        let all =
+            |errors: Vec<PairingError>| -> Vec<Undecidable> { errors.into_iter().map(Into::into).collect() };
         let Pairing { criteria, samples, ends } = pair(criteria, baseline, candidate).map_err(all)?;
         let decision = decide(&criteria, &samples, look);
         let decision =
@@ -106,9 +107,7 @@ impl Regression {
     pub fn worst_first(&self) -> Vec<&Outcome> {
         let mut all: Vec<&Outcome> = self.decision.outcomes.iter().collect();
         let in_margins = |outcome: &Outcome| outcome.shift.map_or(0.0, |s| s / outcome.criterion.margin);
-        all.sort_by(|a, b| {
-            rank(a).cmp(&rank(b)).then_with(|| in_margins(b).total_cmp(&in_margins(a)))
-        });
+        all.sort_by(|a, b| rank(a).cmp(&rank(b)).then_with(|| in_margins(b).total_cmp(&in_margins(a))));
         all
     }
 
@@ -119,7 +118,8 @@ impl Regression {
 
     /// What it comes to, in a sentence without its full stop.
     pub fn headline(&self) -> String {
-        let count = |wanted: fn(&Outcome) -> bool| self.decision.outcomes.iter().filter(|o| wanted(o)).count();
+        let count =
+            |wanted: fn(&Outcome) -> bool| self.decision.outcomes.iter().filter(|o| wanted(o)).count();
         let criteria = counted(self.decision.outcomes.len(), "comparison");
         let tripped = self.candidate_ends().count();
         match self.call {
@@ -129,14 +129,17 @@ impl Regression {
             Call::Worse => format!("worse: {} of {criteria} blocked", count(|o| o.blocks)),
             Call::Inconclusive => format!(
                 "inconclusive: {} of {criteria} not decided",
-                count(|o| o.criterion.blocking && !o.blocks && matches!(o.call, Call::Inconclusive | Call::Worse))
+                count(|o| o.criterion.blocking
+                    && !o.blocks
+                    && matches!(o.call, Call::Inconclusive | Call::Worse))
             ),
             Call::Identical => format!("identical: {criteria} with the same values"),
-            Call::Better => format!("better: {} of {criteria} improved, none worse", count(|o| o.call == Call::Better)),
-            Call::Equivalent => format!(
-                "equivalent: {criteria} inside the margins, {} of them differ",
-                count(|o| o.differs)
-            ),
+            Call::Better => {
+                format!("better: {} of {criteria} improved, none worse", count(|o| o.call == Call::Better))
+            }
+            Call::Equivalent => {
+                format!("equivalent: {criteria} inside the margins, {} of them differ", count(|o| o.differs))
+            }
         }
     }
 }

@@ -29,6 +29,7 @@ enum What {
     Readers,
     Units,
     States,
+    Criteria,
     Topics,
 }
 
@@ -46,6 +47,7 @@ const LISTS: &[(What, &str, Rows)] = &[
     (What::Readers, "reader profiles", || titled(Folder::Readers)),
     (What::Units, "units", || titled(Folder::Units)),
     (What::States, "build states", || titled(Folder::States)),
+    (What::Criteria, "criteria of `bench regress`", criteria),
     (What::Topics, "topics of `bench explain`", super::explain::topics::rows),
 ];
 
@@ -79,6 +81,15 @@ fn procedures(campaigns: bool) -> Vec<Vec<String>> {
 
 fn titled(folder: Folder) -> Vec<Vec<String>> {
     shipped::all(folder).map(|e| vec![e.stem().to_owned(), title(&e.source())]).collect()
+}
+
+/// Criteria files have no heading: what they ask of is told.
+fn criteria() -> Vec<Vec<String>> {
+    let asked = |file: &shipped::Embedded| {
+        let lines = file.text.lines().filter_map(|line| line.strip_prefix("requirement = "));
+        lines.map(|id| id.trim_matches('"')).collect::<Vec<_>>().join(", ")
+    };
+    shipped::all(Folder::Criteria).map(|file| vec![file.stem().to_owned(), asked(file)]).collect()
 }
 
 fn requirements() -> Vec<Vec<String>> {

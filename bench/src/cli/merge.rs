@@ -31,8 +31,7 @@ pub(super) fn run(args: &Args) -> u8 {
 
 fn merged(args: &Args) -> Result<u8, u8> {
     let criteria = criteria(&args.shards)?;
-    let found =
-        Records { baseline: arm(args, store::BASELINE)?, candidate: arm(args, store::CANDIDATE)? };
+    let found = Records { baseline: arm(args, store::BASELINE)?, candidate: arm(args, store::CANDIDATE)? };
     let regression = decided(&criteria, &found, Look::Single)?;
     let folder = out_folder(args.out.as_deref())?;
     kept(store::write_records(&folder, &found, &criteria))?;

@@ -164,20 +164,25 @@ fn prepare(args: &Args) -> Result<Prepared, Vec<Diagnostic>> {
     };
     let units = units(&args.over)?;
     let baseline = if args.baseline.ends_with(".json") {
-        let record = store::read_arm(Path::new(&args.baseline)).map_err(|text| vec![Diagnostic::new(text)])?;
+        let record =
+            store::read_arm(Path::new(&args.baseline)).map_err(|text| vec![Diagnostic::new(text)])?;
         BaselineArm::Stored(Box::new(record))
     } else {
         let files = ArmFiles { parameters: &args.baseline, states: &args.baseline_state };
         BaselineArm::ToRun(Box::new(Arm::read(&files, &rig)?))
     };
-    let candidate = args.candidate.as_ref().map(|parameters| {
-        Arm::read(&ArmFiles { parameters, states: &args.candidate_state }, &rig)
-    });
+    let candidate = args
+        .candidate
+        .as_ref()
+        .map(|parameters| Arm::read(&ArmFiles { parameters, states: &args.candidate_state }, &rig));
     Ok(Prepared { candidate: candidate.transpose()?, rig, plan, units, criteria, baseline })
 }
 
 /// The criteria file that somebody names, the one that lies there, or the one of the campaign.
-fn criteria_file(args: &Args, plan: &CampaignPlan) -> Result<procedures::diagnostic::SourceFile, Vec<Diagnostic>> {
+fn criteria_file(
+    args: &Args,
+    plan: &CampaignPlan,
+) -> Result<procedures::diagnostic::SourceFile, Vec<Diagnostic>> {
     const HERE: &str = "regress.toml";
     let find = |name: &str| {
         shipped::find(Folder::Criteria, name, None).and_then(|source| sort::expect(source, Folder::Criteria))
@@ -351,6 +356,7 @@ pub(super) fn out_folder(wanted: Option<&Path>) -> Result<PathBuf, u8> {
 fn next_number() -> PathBuf {
     let all = Path::new("regressions");
     let taken = std::fs::read_dir(all).into_iter().flatten().flatten();
-    let largest = taken.filter_map(|entry| entry.file_name().to_str()?.parse::<u32>().ok()).max().unwrap_or(0);
+    let largest =
+        taken.filter_map(|entry| entry.file_name().to_str()?.parse::<u32>().ok()).max().unwrap_or(0);
     all.join(largest.saturating_add(1).to_string())
 }

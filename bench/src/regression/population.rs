@@ -47,7 +47,8 @@ impl Units {
     pub fn unit(&self, number: u32) -> Result<Unit, Vec<Diagnostic>> {
         let found = usize::try_from(number).ok().and_then(|number| self.members.get(number.checked_sub(1)?));
         found.cloned().ok_or_else(|| {
-            let message = format!("there is no unit {number}; the population has units 1 to {}", self.count());
+            let message =
+                format!("there is no unit {number}; the population has units 1 to {}", self.count());
             vec![Diagnostic::new(message)]
         })
     }

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use procedures::regression::{ARM_SCHEMA, ArmRecord, Criteria, Shard};
 use reports::regression::{self, Regression};
-use serde::de::DeserializeOwned;
 use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 use super::Records;
 use crate::record::bounded;
@@ -107,12 +107,14 @@ fn read<T: DeserializeOwned>(path: &Path) -> Result<T, String> {
 }
 
 fn json(value: &impl Serialize) -> String {
-    let mut text = serde_json::to_string_pretty(value).expect("the structures have string keys and finite numbers");
+    let mut text =
+        serde_json::to_string_pretty(value).expect("the structures have string keys and finite numbers");
     text.push('\n');
     text
 }
 
 fn write(folder: &Path, name: &str, text: &str) -> Result<(), String> {
     let path: PathBuf = folder.join(name);
-    durable::write(&path, text.as_bytes()).map_err(|error| format!("{}: {error}; {OUTPUT_HELP}", path.display()))
+    durable::write(&path, text.as_bytes())
+        .map_err(|error| format!("{}: {error}; {OUTPUT_HELP}", path.display()))
 }

@@ -133,7 +133,8 @@ struct Planned<'a> {
 /// # Errors
 /// The first failure in the order of the runs.
 pub fn run_arms(asked: &Asked<'_>, arms: &[Arm], course: Course) -> Result<Vec<ArmRecord>, Stopped> {
-    let program = super::this_program().map_err(|error| Stopped::Io(format!("the program's own file: {error}")))?;
+    let program =
+        super::this_program().map_err(|error| Stopped::Io(format!("the program's own file: {error}")))?;
     let planned = planned(asked, arms, course);
     let replicates = work(asked, &planned)?;
     let mut records: Vec<ArmRecord> = arms.iter().map(|arm| empty(asked, arm, &program, course)).collect();
@@ -178,8 +179,7 @@ fn empty(asked: &Asked<'_>, arm: &Arm, program: &Program, course: Course) -> Arm
 fn campaign_digest(plan: &CampaignPlan) -> String {
     let own = plan.source.iter().map(|source| source.text.as_str());
     let procedures = plan.procedures.iter().map(|planned| planned.procedure.source.text.as_str());
-    let texts: Vec<&str> =
-        own.chain([plan.requirements_source.text.as_str()]).chain(procedures).collect();
+    let texts: Vec<&str> = own.chain([plan.requirements_source.text.as_str()]).chain(procedures).collect();
     sha256(texts.join("\0").as_bytes())
 }
 
@@ -205,7 +205,10 @@ fn work(asked: &Asked<'_>, planned: &[Planned<'_>]) -> Result<Vec<Replicate>, St
         let spawn = |number: usize| {
             std::thread::Builder::new().name(format!("regress-{number}")).spawn_scoped(scope, worker)
         };
-        (0..asked.jobs.clamp(1, planned.len().max(1))).map(spawn).collect::<std::io::Result<Vec<_>>>().map(|_| ())
+        (0..asked.jobs.clamp(1, planned.len().max(1)))
+            .map(spawn)
+            .collect::<std::io::Result<Vec<_>>>()
+            .map(|_| ())
     });
     begun.map_err(|error| Stopped::Io(format!("cannot start a thread: {error}; ask for fewer --jobs")))?;
     let slots = slots.into_inner().unwrap_or_else(PoisonError::into_inner);
@@ -234,7 +237,8 @@ fn make(asked: &Asked<'_>, planned: &Planned<'_>) -> Result<Replicate, RunFailur
     let unit = asked.units.unit(number).map_err(|found| {
         failure(found.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"), exit::USAGE)
     })?;
-    let folder = asked.folder.join(format!("unit-{number}-seed-{seed}-{}", ["baseline", "candidate"][index % 2]));
+    let folder =
+        asked.folder.join(format!("unit-{number}-seed-{seed}-{}", ["baseline", "candidate"][index % 2]));
     let job = Job {
         plan: asked.plan,
         rig: asked.rig,

@@ -57,7 +57,9 @@ pub enum MergeError {
         parts: u32,
     },
     /// Shards that are not there.
-    #[error("shards {missing} of {parts} are missing; run each again alone, e.g. `bench regress … --shard {first}/{parts}`")]
+    #[error(
+        "shards {missing} of {parts} are missing; run each again alone, e.g. `bench regress … --shard {first}/{parts}`"
+    )]
     Missing {
         /// Their numbers.
         missing: String,

@@ -46,7 +46,9 @@ pub enum PairingError {
         candidate: String,
     },
     /// A unit and seed in one arm only.
-    #[error("unit {unit} with seed {seed} is in the {arm} only; both arms need the same units and seeds: run it in the other one")]
+    #[error(
+        "unit {unit} with seed {seed} is in the {arm} only; both arms need the same units and seeds: run it in the other one"
+    )]
     Alone {
         /// Number of the unit.
         unit: u32,
@@ -56,7 +58,9 @@ pub enum PairingError {
         arm: ArmName,
     },
     /// A unit and seed more than once in an arm.
-    #[error("unit {unit} with seed {seed} is in the {arm} {count} times; expected once: check that no shard was merged twice")]
+    #[error(
+        "unit {unit} with seed {seed} is in the {arm} {count} times; expected once: check that no shard was merged twice"
+    )]
     Repeated {
         /// Number of the unit.
         unit: u32,
@@ -68,7 +72,9 @@ pub enum PairingError {
         count: usize,
     },
     /// A unit of this number that is not the same unit in both arms.
-    #[error("unit {unit}: the baseline ran `{baseline}`, the candidate `{candidate}`, whose files differ; run both arms with the same unit files")]
+    #[error(
+        "unit {unit}: the baseline ran `{baseline}`, the candidate `{candidate}`, whose files differ; run both arms with the same unit files"
+    )]
     Unit {
         /// Number of the unit.
         unit: u32,
@@ -78,7 +84,9 @@ pub enum PairingError {
         candidate: String,
     },
     /// A finding that one arm never looked for.
-    #[error("criterion {criterion}: measured with the {arm} only; run the same campaign with both controllers")]
+    #[error(
+        "criterion {criterion}: measured with the {arm} only; run the same campaign with both controllers"
+    )]
     OneSided {
         /// Name of the criterion.
         criterion: String,
@@ -86,7 +94,9 @@ pub enum PairingError {
         arm: ArmName,
     },
     /// A criterion that neither arm measured.
-    #[error("criterion {criterion}: no completed run measured it; add a procedure that measures it to the campaign, or remove the criterion")]
+    #[error(
+        "criterion {criterion}: no completed run measured it; add a procedure that measures it to the campaign, or remove the criterion"
+    )]
     Unmeasured {
         /// Name of the criterion.
         criterion: String,
@@ -117,7 +127,8 @@ pub fn pair(
     }
     let ends = both.iter().filter_map(Both::end).collect();
     let completed: Vec<&Both<'_>> = both.iter().filter(|both| both.end().is_none()).collect();
-    let mut pairing = Pairing { criteria: Criteria { all: Vec::new(), ..criteria.clone() }, samples: Vec::new(), ends };
+    let mut pairing =
+        Pairing { criteria: Criteria { all: Vec::new(), ..criteria.clone() }, samples: Vec::new(), ends };
     for criterion in &criteria.all {
         let places = places(criterion, &completed);
         if places.is_empty() && !completed.is_empty() {
@@ -197,7 +208,11 @@ fn shard(arm: &ArmRecord) -> String {
     format!("{}/{}", arm.shard.number, arm.shard.parts)
 }
 
-fn by_unit<'a>(arm: &'a ArmRecord, name: ArmName, errors: &mut Vec<PairingError>) -> BTreeMap<Key, &'a Replicate> {
+fn by_unit<'a>(
+    arm: &'a ArmRecord,
+    name: ArmName,
+    errors: &mut Vec<PairingError>,
+) -> BTreeMap<Key, &'a Replicate> {
     let mut all = BTreeMap::new();
     let mut counts: BTreeMap<Key, usize> = BTreeMap::new();
     for replicate in &arm.replicates {
@@ -206,7 +221,12 @@ fn by_unit<'a>(arm: &'a ArmRecord, name: ArmName, errors: &mut Vec<PairingError>
         *counts.entry(key).or_default() += 1;
     }
     let repeated = counts.into_iter().filter(|(_, count)| *count > 1);
-    errors.extend(repeated.map(|((unit, seed), count)| PairingError::Repeated { unit, seed, arm: name, count }));
+    errors.extend(repeated.map(|((unit, seed), count)| PairingError::Repeated {
+        unit,
+        seed,
+        arm: name,
+        count,
+    }));
     all
 }
 
@@ -237,14 +257,13 @@ fn is_of(value: &ReplicateValue, criterion: &Criterion) -> bool {
 
 /// Samples of a criterion at its place; the arm that alone measured it, where the other one never looked for it.
 fn samples(criterion: &Criterion, completed: &[&Both<'_>]) -> Result<CriterionSamples, ArmName> {
-    let reading = |replicate: &Replicate| {
-        let mut found = replicate.values.iter();
-        found.find(|value| is_of(value, criterion) && value.place == criterion.place).map(|value| Reading {
-            value: value.value,
-            u: value.u,
-            passes: value.passes,
-        })
-    };
+    let reading =
+        |replicate: &Replicate| {
+            let mut found = replicate.values.iter();
+            found
+                .find(|value| is_of(value, criterion) && value.place == criterion.place)
+                .map(|value| Reading { value: value.value, u: value.u, passes: value.passes })
+        };
     let has = |replicate: &Replicate| reading(replicate).is_some();
     if !completed.iter().any(|both| has(both.baseline)) {
         return Err(ArmName::Candidate);

@@ -194,20 +194,14 @@ pub(super) fn check(criteria: &Criteria, samples: &[CriterionSamples], look: Loo
     for criterion in &criteria.all {
         let is_measured = samples.iter().any(|own| own.is_of(criterion) && !own.samples.is_empty());
         if !is_measured {
-            errors.push(RegressionError::NoSamples {
-                criterion: criterion.name(),
-            });
+            errors.push(RegressionError::NoSamples { criterion: criterion.name() });
         }
     }
     for own in samples {
         let asked = criteria.all.iter().filter(|criterion| own.is_of(criterion)).count();
         let given = samples.iter().filter(|other| other.name() == own.name()).count();
         if given != 1 || asked != 1 {
-            errors.push(RegressionError::Unmatched {
-                criterion: own.name(),
-                given,
-                asked,
-            });
+            errors.push(RegressionError::Unmatched { criterion: own.name(), given, asked });
         }
         errors.extend(own.check());
     }

@@ -43,10 +43,10 @@ pub(super) fn render(found: &Regression) -> String {
 }
 
 fn cases(found: &Regression) -> Vec<Case> {
-    let criteria = found.worst_first().into_iter().map(|outcome| Case {
-        name: outcome.criterion.name(),
-        result: result(outcome),
-    });
+    let criteria = found
+        .worst_first()
+        .into_iter()
+        .map(|outcome| Case { name: outcome.criterion.name(), result: result(outcome) });
     let ends = found.ends.iter().map(|end| {
         let why = end.candidate.as_ref().or(end.baseline.as_ref()).cloned().unwrap_or_default();
         let result = match end.baseline {

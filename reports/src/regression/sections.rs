@@ -14,8 +14,17 @@ pub(super) struct Section {
     pub(super) rows: Vec<Vec<String>>,
 }
 
-const OUTCOME_HEAD: [&str; 9] =
-    ["call", "requirement", "measurand", "where", "baseline", "candidate", "shift, + worse", "margin", "−2δ … 2δ"];
+const OUTCOME_HEAD: [&str; 9] = [
+    "call",
+    "requirement",
+    "measurand",
+    "where",
+    "baseline",
+    "candidate",
+    "shift, + worse",
+    "margin",
+    "−2δ … 2δ",
+];
 
 /// Everything that has a row.
 pub(super) fn all(found: &Regression) -> Vec<Section> {
@@ -116,7 +125,10 @@ fn outcomes(found: &Regression, heading: &str, blocking: bool) -> Section {
 fn outcome_row(outcome: &Outcome) -> Vec<String> {
     let criterion = &outcome.criterion;
     let arms = [outcome.baseline, outcome.candidate];
-    let unit = Shown::of_size(criterion.kind, arms.into_iter().flatten().fold(0.0, |size, arm| arm.mean.abs().max(size)));
+    let unit = Shown::of_size(
+        criterion.kind,
+        arms.into_iter().flatten().fold(0.0, |size, arm| arm.mean.abs().max(size)),
+    );
     let mean = |arm: Option<procedures::regression::Arm>| {
         arm.map_or_else(|| "—".to_owned(), |arm| unit.text(&significant(unit.number(arm.mean), 4)))
     };

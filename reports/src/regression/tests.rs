@@ -5,7 +5,13 @@ use procedures::regression::{
 
 use super::*;
 
-fn criterion(requirement: &str, measurand: &str, kind: QuantityKind, scale: Scale, worse: Worse) -> Criterion {
+fn criterion(
+    requirement: &str,
+    measurand: &str,
+    kind: QuantityKind,
+    scale: Scale,
+    worse: Worse,
+) -> Criterion {
     Criterion {
         requirement: requirement.to_owned(),
         measurand: measurand.to_owned(),

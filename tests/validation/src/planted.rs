@@ -84,7 +84,12 @@ pub struct Model {
 const DEG: f64 = std::f64::consts::PI / 180.0;
 const EL_LOOP: &str = "shipped:regression/el-velocity-loop.toml";
 
-const fn velocity(name: &'static str, change: Change, quantity: [&'static str; 3], kind: QuantityKind) -> Planted {
+const fn velocity(
+    name: &'static str,
+    change: Change,
+    quantity: [&'static str; 3],
+    kind: QuantityKind,
+) -> Planted {
     Planted {
         name,
         change,
@@ -130,14 +135,24 @@ pub const PLANTED: &[Planted] = &[
         place: "FSM-RESPONSE az",
         model: Model { quantity: "bandwidth", axis: 0, condition: "" },
         margin: 15.0,
-        ..velocity("mirror notch 3 % lower", Change::MirrorNotch(0.97), ["FSM-BW", "mirror-bandwidth", "bandwidth"], QuantityKind::Frequency)
+        ..velocity(
+            "mirror notch 3 % lower",
+            Change::MirrorNotch(0.97),
+            ["FSM-BW", "mirror-bandwidth", "bandwidth"],
+            QuantityKind::Frequency,
+        )
     },
     Planted {
         procedure: "shipped:regression/az-track-loop.toml",
         place: "AZ-TRACK-LOOP az",
         model: Model { quantity: "bandwidth", axis: 0, condition: "elevation 20 deg" },
         margin: 0.03,
-        ..velocity("prediction off", Change::NoPrediction, ["TRK-BW", "track-bandwidth", "bandwidth"], QuantityKind::Frequency)
+        ..velocity(
+            "prediction off",
+            Change::NoPrediction,
+            ["TRK-BW", "track-bandwidth", "bandwidth"],
+            QuantityKind::Frequency,
+        )
     },
     Planted {
         margin: 0.1,
@@ -251,10 +266,14 @@ impl Bed {
             planted.name, planted.procedure
         );
         let campaign = write("planted.toml", &campaign);
-        let rig = read_rig(find(Folder::Rigs, "sim", None)?)?.rehearsed_on(Tier::Virtual, &profile::simulated());
-        let plan = plan(&Wanted { names: vec![campaign], ..Wanted::default() }, &rig).expect("a campaign that the rig can run");
+        let rig =
+            read_rig(find(Folder::Rigs, "sim", None)?)?.rehearsed_on(Tier::Virtual, &profile::simulated());
+        let plan = plan(&Wanted { names: vec![campaign], ..Wanted::default() }, &rig)
+            .expect("a campaign that the rig can run");
         let names: Vec<String> = (first..first + units)
-            .map(|number| write(&format!("unit-{number}.toml"), &draw::unit(&format!("unit-{number}"), number)))
+            .map(|number| {
+                write(&format!("unit-{number}.toml"), &draw::unit(&format!("unit-{number}"), number))
+            })
             .collect();
         let mut arms = Vec::new();
         for (share, name) in [(0.0, "baseline"), (1.0, "candidate")] {
@@ -280,11 +299,6 @@ impl Bed {
     /// # Panics
     /// Where a run fails.
     pub fn run(&self, planted: &Planted, folder: &Path, jobs: usize) -> [ArmRecord; 2] {
-        let tell = |done: usize, all: usize| {
-            if done.is_multiple_of(50) {
-                eprintln!("{done} of {all} runs");
-            }
-        };
         let asked = |seed: u64| Asked {
             plan: &self.plan,
             rig: &self.rig,
@@ -296,13 +310,14 @@ impl Bed {
             folder: folder.join("runs"),
             keep: false,
             stop: Arc::new(AtomicU16::new(0)),
-            tell: &tell,
+            tell: &|_, _| {},
         };
         let course = Course { from: 1, to: self.units.count() };
         const OTHER_SEED: u64 = 1_000_000;
         if planted.change == Change::OtherNoise {
             let [baseline, mut candidate] = [1, OTHER_SEED + 1].map(|seed| {
-                let mut found = run_arms(&asked(seed), &self.arms[..1], course).expect("runs without a failure");
+                let mut found =
+                    run_arms(&asked(seed), &self.arms[..1], course).expect("runs without a failure");
                 found.remove(0)
             });
             // The units are the pairs; that their noise differs is what is tried.
@@ -343,7 +358,8 @@ pub fn outcome(planted: &Planted, arms: &[ArmRecord; 2], from: usize, units: usi
     };
     let [baseline, candidate] = [part(&arms[0]), part(&arms[1])];
     let mut paired = pair(&planted.criteria(), &baseline, &candidate).expect("arms that were run alike");
-    let place = paired.criteria.all.iter().position(|c| c.place.starts_with(planted.place)).expect("its place");
+    let place =
+        paired.criteria.all.iter().position(|c| c.place.starts_with(planted.place)).expect("its place");
     paired.criteria.all = vec![paired.criteria.all.remove(place)];
     paired.samples = vec![paired.samples.remove(place)];
     decide(&paired.criteria, &paired.samples, Look::Single).expect("good samples").outcomes.remove(0)

@@ -11,17 +11,14 @@ use crate::exit;
 use crate::regression::{Asked, Course, Records, store};
 
 /// Compares at each look of the criteria; the last one that was needed decides.
-pub(super) fn compare(
-    args: &Args,
-    prepared: &Prepared,
-    asked: &Asked<'_>,
-    folder: &Path,
-) -> Result<u8, u8> {
+pub(super) fn compare(args: &Args, prepared: &Prepared, asked: &Asked<'_>, folder: &Path) -> Result<u8, u8> {
     let (Some(criteria), Some(candidate)) = (&prepared.criteria, &prepared.candidate) else {
         return Err(exit::USAGE);
     };
     let BaselineArm::ToRun(_) = prepared.baseline else {
-        output::error("--sequential runs both arms look by look; give the baseline's parameters instead of a record");
+        output::error(
+            "--sequential runs both arms look by look; give the baseline's parameters instead of a record",
+        );
         return Err(exit::USAGE);
     };
     let last = criteria.looks.last().copied().unwrap_or(0);

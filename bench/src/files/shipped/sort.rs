@@ -89,7 +89,9 @@ impl Sort {
             Self::Profile => ("a drive profile", "name it in a rig file: `profile = \"FILE\"`"),
             Self::Reader => ("a reader profile", "name it in a rig file: `profile = \"FILE\"` of a device"),
             Self::Published => ("published values", "give them to `bench compare RUN FILE`"),
-            Self::Criteria => ("criteria of a comparison of controllers", "give them with `regress --criteria FILE`"),
+            Self::Criteria => {
+                ("criteria of a comparison of controllers", "give them with `regress --criteria FILE`")
+            }
             Self::Import => ("a map for an import", "give it to `bench import FILE`"),
         }
     }

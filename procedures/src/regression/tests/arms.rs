@@ -32,7 +32,11 @@ pub(super) fn arm(bandwidth_hz: impl Fn(u32, u64) -> f64) -> ArmRecord {
             sha256: "a program".to_owned(),
             processor: "x86_64 fma".to_owned(),
         },
-        controller: Controller { parameters: "director".to_owned(), sha256: "gains".to_owned(), states: Vec::new() },
+        controller: Controller {
+            parameters: "director".to_owned(),
+            sha256: "gains".to_owned(),
+            states: Vec::new(),
+        },
         scenario: Scenario {
             campaign: "regression".to_owned(),
             campaign_sha256: "a campaign".to_owned(),
@@ -48,7 +52,11 @@ pub(super) fn arm(bandwidth_hz: impl Fn(u32, u64) -> f64) -> ArmRecord {
 }
 
 fn own() -> Criteria {
-    criteria(vec![Criterion { requirement: "VEL-BW".to_owned(), worse: Worse::Lower, ..criterion("VEL-BW", 0.1) }])
+    criteria(vec![Criterion {
+        requirement: "VEL-BW".to_owned(),
+        worse: Worse::Lower,
+        ..criterion("VEL-BW", 0.1)
+    }])
 }
 
 fn shards(whole: &ArmRecord, parts: u32) -> Vec<ShardFile> {

@@ -19,9 +19,13 @@ pub(crate) fn study() {
     let mut arguments = crate::arguments();
     let repetitions: u32 = arguments.next().and_then(|n| n.parse().ok()).unwrap_or(100);
     let only = arguments.next();
-    println!("| change | measurand | effect by the model | margin | expected | scatter | units | power | right | blocks | mean shift |");
+    println!(
+        "| change | measurand | effect by the model | margin | expected | scatter | units | power | right | blocks | mean shift |"
+    );
     println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
-    for planted in PLANTED.iter().filter(|planted| only.as_deref().is_none_or(|only| planted.name.contains(only))) {
+    for planted in
+        PLANTED.iter().filter(|planted| only.as_deref().is_none_or(|only| planted.name.contains(only)))
+    {
         row(planted, repetitions);
     }
 }
@@ -61,7 +65,8 @@ fn units(planted: &Planted, effect: f64, scatter: f64) -> (u32, f64) {
         Call::Worse | Call::Better => PlannedCall::Worse,
         _ => PlannedCall::Equivalent,
     };
-    let plan = Plan { call, effect: effect.abs(), margin: planted.margin, scatter, level: Look::Single.level() };
+    let plan =
+        Plan { call, effect: effect.abs(), margin: planted.margin, scatter, level: Look::Single.level() };
     let pairs = plan.pairs(POWER).unwrap_or(FEWEST).max(FEWEST);
     (u32::try_from(pairs).unwrap_or(u32::MAX), plan.probability(pairs))
 }
