@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use controllers::DirectorGains;
 use sim_devices::unit::UnitSettings;
 use validation::prediction::{Expected, predict};
+use validation::shipped;
 
 use crate::bench::{Said, content, folder, run_in, write};
 
@@ -66,7 +66,7 @@ const FILES: [&str; 6] =
 
 /// Bandwidth of elevation's velocity loop at 0 degrees by the linear model, with this share of its proportional gain.
 fn bandwidth_hz(share: f64) -> f64 {
-    let mut gains = DirectorGains::default();
+    let mut gains = shipped::gains();
     gains.el.velocity_kp_nm_s_per_rad *= share;
     let rows = predict(&UnitSettings::default(), &gains);
     let is_own = |row: &&Expected| {

@@ -25,6 +25,7 @@ use sim_devices::unit::{PARAMETERS, UnitSettings};
 
 use crate::blind::draw;
 use crate::prediction::predict;
+use crate::shipped;
 
 /// A change of one arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -172,7 +173,7 @@ impl Planted {
     /// For a quantity that the model does not have.
     pub fn effect(&self) -> f64 {
         let unit = UnitSettings::default();
-        let gains = DirectorGains::default();
+        let gains = shipped::gains();
         let mut changed = unit.clone();
         for (key, value_si) in self.settings(1.0) {
             let parameter = PARAMETERS.iter().find(|p| p.key == key).expect("a setting of units");
