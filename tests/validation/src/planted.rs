@@ -118,7 +118,7 @@ pub const PLANTED: &[Planted] = &[
         ..velocity("velocity gain + 10 %", Change::VelocityGain(1.1), GAIN_MARGIN, QuantityKind::Decibel)
     },
     Planted {
-        margin: 0.15,
+        margin: 0.1,
         expected: Call::Better,
         ..velocity("velocity gain + 10 %", Change::VelocityGain(1.1), BANDWIDTH, QuantityKind::Frequency)
     },
@@ -147,7 +147,8 @@ pub const PLANTED: &[Planted] = &[
         procedure: "shipped:regression/az-track-loop.toml",
         place: "AZ-TRACK-LOOP az",
         model: Model { quantity: "bandwidth", axis: 0, condition: "elevation 20 deg" },
-        margin: 0.03,
+        margin: 0.008,
+        expected: Call::Worse,
         ..velocity(
             "prediction off",
             Change::NoPrediction,
@@ -372,6 +373,7 @@ mod tests {
 
     #[test]
     fn every_effect_is_two_margins_and_more_or_a_third_and_less_as_its_call_says() {
+        let mut misfits = Vec::new();
         for planted in PLANTED {
             let margins = planted.effect() / planted.margin;
             let fits = match planted.expected {
@@ -380,7 +382,10 @@ mod tests {
                 Call::Identical => margins == 0.0,
                 _ => margins.abs() <= 1.0 / 3.0,
             };
-            assert!(fits, "{} ({}): {margins:.3} margins", planted.name, planted.measurand);
+            if !fits {
+                misfits.push(format!("{} ({}): {margins:.3} margins", planted.name, planted.measurand));
+            }
         }
+        assert!(misfits.is_empty(), "{misfits:#?}");
     }
 }
