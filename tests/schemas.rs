@@ -73,6 +73,7 @@ fn sort_of(file: &Value) -> &'static str {
         ("tier", "rig"),
         ("process-data", "profile"),
         ("pattern", "reader"),
+        ("setting", "family"),
     ];
     sorts.iter().find(|(key, _)| file.get(key).is_some()).map_or("unit", |(_, sort)| sort)
 }
@@ -80,7 +81,7 @@ fn sort_of(file: &Value) -> &'static str {
 #[test]
 fn every_shipped_file_meets_the_schema_of_its_sort() {
     let all = printed(&["schema", "--rig", "sim"]);
-    let judges = ["procedure", "campaign", "requirements", "rig", "unit", "profile", "reader"];
+    let judges = ["procedure", "campaign", "requirements", "rig", "unit", "family", "profile", "reader"];
     let judges = judges.map(|sort| (sort, Judge::new(all[sort].clone())));
     let mut judged = 0;
     for folder in [
@@ -90,6 +91,7 @@ fn every_shipped_file_meets_the_schema_of_its_sort() {
         "procedures",
         "bench/rigs",
         "sim-devices/units",
+        "sim-devices/units/families",
         "drivers/profiles",
         "drivers/readers",
     ] {

@@ -28,6 +28,7 @@ enum What {
     Profiles,
     Readers,
     Units,
+    Families,
     States,
     Topics,
 }
@@ -45,6 +46,7 @@ const LISTS: &[(What, &str, Rows)] = &[
     (What::Profiles, "drive profiles", || titled(Folder::Profiles)),
     (What::Readers, "reader profiles", || titled(Folder::Readers)),
     (What::Units, "units", || titled(Folder::Units)),
+    (What::Families, "families of units", || titled(Folder::Families)),
     (What::States, "build states", || titled(Folder::States)),
     (What::Topics, "topics of `bench explain`", super::explain::topics::rows),
 ];
