@@ -14,7 +14,7 @@ struct Shipped {
     without: &'static [&'static str],
 }
 
-const SHIPPED: [Shipped; 8] = [
+const SHIPPED: [Shipped; 9] = [
     Shipped {
         variant: "Procedures",
         path: "../procedures",
@@ -22,8 +22,9 @@ const SHIPPED: [Shipped; 8] = [
     },
     Shipped { variant: "Criteria", path: "../procedures/criteria", without: &[] },
     Shipped { variant: "Rigs", path: "rigs", without: &[] },
-    Shipped { variant: "Units", path: "../sim-devices/units", without: &["states"] },
+    Shipped { variant: "Units", path: "../sim-devices/units", without: &["families", "states"] },
     Shipped { variant: "States", path: "../sim-devices/units/states", without: &[] },
+    Shipped { variant: "Families", path: "../sim-devices/units/families", without: &[] },
     Shipped { variant: "Parameters", path: "../controllers/params", without: &[] },
     Shipped { variant: "Profiles", path: "../drivers/profiles", without: &[] },
     Shipped { variant: "Readers", path: "../drivers/readers", without: &[] },

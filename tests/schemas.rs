@@ -74,6 +74,7 @@ fn sort_of(file: &Value) -> &'static str {
         ("process-data", "profile"),
         ("pattern", "reader"),
         ("criterion", "criteria"),
+        ("setting", "family"),
     ];
     sorts.iter().find(|(key, _)| file.get(key).is_some()).map_or("unit", |(_, sort)| sort)
 }
@@ -81,7 +82,8 @@ fn sort_of(file: &Value) -> &'static str {
 #[test]
 fn every_shipped_file_meets_the_schema_of_its_sort() {
     let all = printed(&["schema", "--rig", "sim"]);
-    let judges = ["procedure", "campaign", "requirements", "rig", "unit", "profile", "reader", "criteria"];
+    let judges =
+        ["procedure", "campaign", "requirements", "rig", "unit", "family", "profile", "reader", "criteria"];
     let judges = judges.map(|sort| (sort, Judge::new(all[sort].clone())));
     let mut judged = 0;
     for folder in [
@@ -91,6 +93,7 @@ fn every_shipped_file_meets_the_schema_of_its_sort() {
         "procedures",
         "bench/rigs",
         "sim-devices/units",
+        "sim-devices/units/families",
         "drivers/profiles",
         "drivers/readers",
     ] {

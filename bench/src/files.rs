@@ -1,6 +1,7 @@
-//! Readers of the files that people write about the bench: rigs, units, controller parameters, import maps.
+//! Readers of the files that people write about the bench: rigs, units and families of them, controller parameters, import maps.
 
 pub(crate) mod answers;
+pub mod family;
 pub(crate) mod import_map;
 pub mod parameters;
 pub mod profile;

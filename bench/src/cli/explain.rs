@@ -8,6 +8,7 @@ use examples::{Examples, keys};
 
 use super::output;
 use crate::exit::{self, EXIT_CODES};
+use crate::files::family::read_family;
 use crate::files::shipped::{self, Folder};
 use crate::files::unit::{load_unit, read_state};
 use crate::people::signals::{Does, Row, SIGNALS};
@@ -37,6 +38,7 @@ pub(super) fn run(args: &Args) -> u8 {
         .or_else(|| requirements.iter().find(|r| r.id == name).map(requirement))
         .or_else(|| measurand(name))
         .or_else(|| state(name))
+        .or_else(|| family(name))
         // Before units: a name with `/` is taken for the path of one.
         .or_else(|| topics::file(name))
         .map(Ok)
@@ -57,6 +59,7 @@ pub(super) fn run(args: &Args) -> u8 {
                 .chain(devices::DRIVERS.iter().map(|d| d.name))
                 .chain(requirements.iter().map(|r| r.id.as_str()))
                 .chain(shipped::all(Folder::Units).map(|u| u.stem()))
+                .chain(shipped::all(Folder::Families).map(|f| f.stem()))
                 .chain(shipped::all(Folder::States).map(|s| s.stem()))
                 .chain(shipped::all(Folder::Parameters).map(|p| p.stem()))
                 .chain(shipped::all(Folder::Rigs).map(|r| r.stem()))
@@ -179,6 +182,13 @@ fn state(name: &str) -> Option<String> {
     let file = shipped::all(Folder::States).find(|file| file.stem() == name)?;
     let state = read_state(file.source()).ok()?;
     Some(format!("build state {}: {}\n\n{}", state.id, state.title, state.source.text.trim()))
+}
+
+/// A shipped family of units, as it stands in its file.
+fn family(name: &str) -> Option<String> {
+    let file = shipped::all(Folder::Families).find(|file| file.stem() == name)?;
+    let family = read_family(file.source()).ok()?;
+    Some(format!("family {}: {}\n\n{}", family.id, family.title, family.source.text.trim()))
 }
 
 /// A unit or a set of controller parameters; a file that was named as such but is wrong says what is wrong.

@@ -69,9 +69,18 @@ struct Over {
     /// Rig, which is rehearsed in virtual time: a shipped name or a path
     #[arg(long, default_value = "sim")]
     rig: String,
-    /// Units: shipped names or paths; each is a replicate
+    /// Units: shipped names or paths, each a replicate; units of `--family` if none
     #[arg(long, value_name = "F", num_args = 1..)]
     unit: Vec<String>,
+    /// Family that units are drawn from: a shipped name or a path
+    #[arg(long, value_name = "F", default_value = "production", conflicts_with = "unit")]
+    family: String,
+    /// Number of units drawn from the family; with --sequential at most the last look
+    #[arg(long, value_name = "N", default_value_t = 20, conflicts_with = "unit", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    units: u32,
+    /// Seed of the draws
+    #[arg(long, value_name = "N", default_value_t = 1, conflicts_with = "unit")]
+    family_seed: u64,
     /// Seed of the first run; every further run has the next one
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -204,8 +213,7 @@ fn criteria_file(
 
 fn units(over: &Over) -> Result<Units, Vec<Diagnostic>> {
     if over.unit.is_empty() {
-        let help = "name at least two with `--unit FILE FILE …`";
-        return Err(vec![Diagnostic::new("no units: a comparison needs some").help(help)]);
+        return Units::drawn(&over.family, over.family_seed, over.units);
     }
     Units::named(&over.unit)
 }

@@ -11,7 +11,7 @@ use serde_json::Value;
 use super::output;
 use crate::exit;
 use crate::files::shipped::{self, Folder};
-use crate::files::{answers, import_map, parameters, profile, reader, rig, unit, waivers};
+use crate::files::{answers, family, import_map, parameters, profile, reader, rig, unit, waivers};
 use crate::people::event;
 use crate::rig::devices::DRIVERS;
 use crate::rig::driver::Driver;
@@ -19,7 +19,7 @@ use crate::rig::driver::Driver;
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
     /// File type: `procedure`, a kind of procedure such as `hysteresis`, `campaign`, `requirements`, `rig`, `unit`,
-    /// `unit-table`, `parameters`, `profile`, `reader`, `import`, `answers`, `criteria`, `waivers`, `published`; or `events` for the
+    /// `unit-table`, `family`, `parameters`, `profile`, `reader`, `import`, `answers`, `criteria`, `waivers`, `published`; or `events` for the
     /// lines of `run --json`, `log-events` for topic `/events` of a log; all of them as one object if not given
     sort: Option<String>,
     /// Rig whose axes procedures may move: a shipped name or a path
@@ -40,6 +40,7 @@ fn schemas() -> Vec<(String, Value)> {
         ("rig", rig::FIELDS),
         ("unit", unit::fields()),
         ("unit-table", unit::table_fields()),
+        ("family", family::FIELDS),
         ("parameters", parameters::fields()),
         ("profile", profile::FIELDS),
         ("reader", reader::FIELDS),

@@ -43,6 +43,8 @@ pub enum Folder {
     Units,
     /// Build states that lie over a simulated unit.
     States,
+    /// Distributions that units are drawn from.
+    Families,
     /// Controller parameters.
     Parameters,
     /// Types of drives.
@@ -62,6 +64,7 @@ impl Folder {
             Self::Rigs => "a rig",
             Self::Units => "a unit",
             Self::States => "a build state",
+            Self::Families => "a family of units",
             Self::Parameters => "controller parameters",
             Self::Profiles => "a drive profile",
             Self::Readers => "a reader profile",
@@ -77,6 +80,7 @@ impl Folder {
             Self::Rigs => "rig",
             Self::Units => "unit",
             Self::States => "build state",
+            Self::Families => "family of units",
             Self::Parameters => "controller parameters",
             Self::Profiles => "drive profile",
             Self::Readers => "reader profile",

@@ -10,6 +10,7 @@ use procedures::table::{Field, SCHEMA_FIELD, Shape, TableReader};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use crate::files::shipped::{self, Folder, sort};
 use crate::site::unit::{Unit, World};
 
 mod chain;
@@ -85,7 +86,24 @@ impl Given {
 /// # Errors
 /// All mistakes of the first file that has any. If none has, the mistakes in how the files fit each other.
 pub fn load_unit(name: &str) -> Result<Unit, Vec<Diagnostic>> {
-    layered(chain::of(name)?)
+    load_unit_beside(name, None)
+}
+
+/// Finds a unit as [`load_unit`] does; a path lies beside the file that names the unit, if one does.
+///
+/// # Errors
+/// As [`load_unit`].
+pub(super) fn load_unit_beside(name: &str, beside: Option<&str>) -> Result<Unit, Vec<Diagnostic>> {
+    let own = shipped::find(Folder::Units, name, beside)?;
+    read_unit(sort::expect(own, Folder::Units)?)
+}
+
+/// Parses a unit file and layers the unit over its bases.
+///
+/// # Errors
+/// As [`load_unit`].
+pub fn read_unit(source: SourceFile) -> Result<Unit, Vec<Diagnostic>> {
+    layered(chain::of(source)?)
 }
 
 /// The unit that a chain describes: the unit's own file is first, then its base, then the base of that.

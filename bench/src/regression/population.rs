@@ -3,14 +3,25 @@
 use procedures::diagnostic::Diagnostic;
 use procedures::regression::Population;
 
+use crate::files::family::{Family, load_family};
 use crate::files::unit::load_unit;
 use crate::record::journal::sha256;
 use crate::site::unit::Unit;
 
 /// Units by their numbers, from 1.
 #[derive(Clone, Debug)]
-pub struct Units {
-    members: Vec<Unit>,
+pub enum Units {
+    /// Units as their files say.
+    Named(Vec<Unit>),
+    /// The first units of a family.
+    Drawn {
+        /// Where they are drawn from.
+        family: Box<Family>,
+        /// Seed of the draws.
+        seed: u64,
+        /// How many.
+        count: u32,
+    },
 }
 
 impl Units {
@@ -32,12 +43,23 @@ impl Units {
                 Err(found) => mistakes.extend(found),
             }
         }
-        if mistakes.is_empty() { Ok(Self { members }) } else { Err(mistakes) }
+        if mistakes.is_empty() { Ok(Self::Named(members)) } else { Err(mistakes) }
+    }
+
+    /// The first `count` units of a family, by its shipped name or path.
+    ///
+    /// # Errors
+    /// All mistakes of its file.
+    pub fn drawn(name: &str, seed: u64, count: u32) -> Result<Self, Vec<Diagnostic>> {
+        Ok(Self::Drawn { family: Box::new(load_family(name)?), seed, count })
     }
 
     /// How many there are.
     pub fn count(&self) -> u32 {
-        u32::try_from(self.members.len()).unwrap_or(u32::MAX)
+        match self {
+            Self::Named(members) => u32::try_from(members.len()).unwrap_or(u32::MAX),
+            Self::Drawn { count, .. } => *count,
+        }
     }
 
     /// The unit of a number, from 1.
@@ -45,18 +67,33 @@ impl Units {
     /// # Errors
     /// Where it cannot be drawn.
     pub fn unit(&self, number: u32) -> Result<Unit, Vec<Diagnostic>> {
-        let found = usize::try_from(number).ok().and_then(|number| self.members.get(number.checked_sub(1)?));
-        found.cloned().ok_or_else(|| {
-            let message =
-                format!("there is no unit {number}; the population has units 1 to {}", self.count());
-            vec![Diagnostic::new(message)]
-        })
+        match self {
+            Self::Named(members) => {
+                let place = usize::try_from(number).ok().and_then(|number| number.checked_sub(1));
+                place.and_then(|place| members.get(place)).cloned().ok_or_else(|| {
+                    let message =
+                        format!("there is no unit {number}; the population has units 1 to {}", self.count());
+                    vec![Diagnostic::new(message)]
+                })
+            }
+            Self::Drawn { family, seed, .. } => family.unit(*seed, number).load(),
+        }
     }
 
     /// What records say of the first `units` of them.
     pub fn described(&self, units: u32) -> Population {
-        let digests: Vec<String> = self.members.iter().map(digest).collect();
-        Population { name: "files".to_owned(), sha256: sha256(digests.join("\n").as_bytes()), units }
+        match self {
+            Self::Named(members) => {
+                let digests: Vec<String> = members.iter().map(digest).collect();
+                let sha256 = sha256(digests.join("\n").as_bytes());
+                Population { name: "files".to_owned(), sha256, units }
+            }
+            Self::Drawn { family, seed, .. } => Population {
+                name: format!("{}, seed {seed}", family.id),
+                sha256: sha256(family.source.text.as_bytes()),
+                units,
+            },
+        }
     }
 }
 

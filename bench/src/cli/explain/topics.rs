@@ -12,7 +12,7 @@ use procedures::table::Field;
 use super::examples::{Examples, keys};
 use crate::cli::output;
 use crate::files::shipped::{self, Folder};
-use crate::files::{answers, import_map, profile, reader, rig, unit, waivers};
+use crate::files::{answers, family, import_map, profile, reader, rig, unit, waivers};
 use crate::plan::is_campaign;
 
 /// A page by its name.
@@ -50,6 +50,7 @@ const TOPICS: &[Topic] = &[
     Topic { name: "profile-file", doc: "keys of a drive profile", text: profile_file },
     Topic { name: "reader-file", doc: "keys of a reader profile", text: reader_file },
     Topic { name: "unit-file", doc: "keys of a simulated unit", text: unit_file },
+    Topic { name: "family-file", doc: "keys of a family of units", text: family_file },
     Topic { name: "import-file", doc: "keys of a map for `bench import`", text: import_file },
     Topic { name: "answers-file", doc: "keys of answers to prompts", text: answers_file },
     Topic { name: "waivers-file", doc: "keys of waivers", text: waivers_file },
@@ -198,6 +199,10 @@ fn reader_file() -> String {
 
 fn unit_file() -> String {
     file_keys("Keys of a simulated unit", unit::fields(), &Examples::of_folder(Folder::Units, |_| true))
+}
+
+fn family_file() -> String {
+    file_keys("Keys of a family of units", family::FIELDS, &Examples::of_folder(Folder::Families, |_| true))
 }
 
 fn import_file() -> String {

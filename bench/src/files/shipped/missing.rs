@@ -9,9 +9,10 @@ use super::sort::Sort;
 use super::{Folder, SHIPPED, all};
 
 /// Folders whose files are named by an option of their own.
-const ELSEWHERE: [(Folder, &str); 4] = [
+const ELSEWHERE: [(Folder, &str); 5] = [
     (Folder::Procedures, "name it without an option, `bench run"),
     (Folder::Units, "give it with `--unit"),
+    (Folder::Families, "draw units from it with `bench draw"),
     (Folder::Rigs, "give it with `--rig"),
     (Folder::Requirements, "give them with `--requirements"),
 ];

@@ -18,6 +18,8 @@ pub enum Sort {
     Rig,
     /// A simulated unit, or a defect.
     Unit,
+    /// Distributions that units are drawn from.
+    Family,
     /// Answers to questions.
     Answers,
     /// What is let pass.
@@ -45,6 +47,7 @@ const KEYS: &[(Sort, &[&str])] = &[
     (Sort::Reader, &["pattern", "terminator"]),
     (Sort::Published, &["value"]),
     (Sort::Criteria, &["criterion", "looks"]),
+    (Sort::Family, &["setting", "mode-factor", "correlation"]),
     (Sort::Rig, &["tier", "loop-rate", "device", "parameters"]),
     (Sort::Campaign, &["procedure", "must-measure", "requirements"]),
     (Sort::Procedure, &["sweep", "gate", "valid-if"]),
@@ -69,6 +72,7 @@ impl Sort {
             Folder::Requirements => self == Self::Requirements,
             Folder::Rigs => self == Self::Rig,
             Folder::Units | Folder::States => self == Self::Unit,
+            Folder::Families => self == Self::Family,
             Folder::Parameters => false,
             Folder::Profiles => self == Self::Profile,
             Folder::Readers => self == Self::Reader,
@@ -84,6 +88,7 @@ impl Sort {
             Self::Requirements => ("requirements", "give them with `--requirements FILE`"),
             Self::Rig => ("a rig", "give it with `--rig FILE`"),
             Self::Unit => ("a simulated unit", "give it with `--unit FILE`"),
+            Self::Family => ("a family of units", "draw units from it with `bench draw FILE`"),
             Self::Answers => ("answers to questions", "give them with `run --answers FILE`"),
             Self::Waivers => ("waivers", "give them with `report --waivers FILE`"),
             Self::Profile => ("a drive profile", "name it in a rig file: `profile = \"FILE\"`"),
@@ -125,6 +130,7 @@ mod tests {
             Folder::Requirements,
             Folder::Rigs,
             Folder::Units,
+            Folder::Families,
             Folder::Profiles,
             Folder::Readers,
             Folder::Criteria,

@@ -6,14 +6,13 @@ use procedures::diagnostic::{Diagnostic, SourceFile};
 use procedures::table::read_file;
 
 use super::Parsed;
-use crate::files::shipped::{self, Folder, sort};
+use crate::files::shipped::{self, Folder};
 
 /// Longest chain of bases that makes sense.
 const MAX_BASES: usize = 8;
 
 /// The unit, then its base, then that one's base.
-pub(super) fn of(name: &str) -> Result<Vec<(SourceFile, Parsed)>, Vec<Diagnostic>> {
-    let own = shipped::find(Folder::Units, name, None).and_then(|own| sort::expect(own, Folder::Units))?;
+pub(super) fn of(own: SourceFile) -> Result<Vec<(SourceFile, Parsed)>, Vec<Diagnostic>> {
     let mut chain = vec![parsed(own)?];
     loop {
         let (source, last) = chain.last().expect("the chain holds the unit itself");
