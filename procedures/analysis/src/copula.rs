@@ -103,7 +103,8 @@ mod tests {
     fn without_correlation_numbers_stay_what_they_are() {
         let copula = GaussianCopula::new(&matrix(0.0)).expect("positive definite");
         let coupled = copula.couple(&[0.123, 0.9]);
-        assert!((coupled[0] - 0.123).abs() < 1e-12 && (coupled[1] - 0.9).abs() < 1e-12);
+        // The inverse of the normal distribution in `statrs` is a rational approximation, good to nine digits and more.
+        assert!((coupled[0] - 0.123).abs() < 1e-9 && (coupled[1] - 0.9).abs() < 1e-9, "{coupled:?}");
     }
 
     #[test]
