@@ -92,7 +92,9 @@ impl External {
             return Err(LawFault::Reported { code });
         }
         let limit_nm = self.limit_nm;
-        if input.take_over == 0.0 && !(torque_nm.abs() <= limit_nm * (1.0 + ROUNDING)) {
+        // NaN is not within the limit.
+        let is_within = torque_nm.abs() <= limit_nm * (1.0 + ROUNDING);
+        if input.take_over == 0.0 && !is_within {
             return Err(LawFault::Torque { torque_nm, limit_nm });
         }
         Ok(torque_nm)

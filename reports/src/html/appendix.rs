@@ -5,7 +5,7 @@ use procedures::verdict::Verdict;
 use super::{anchor, badge, section, table_head, title};
 use crate::markup::Markup;
 use crate::number;
-use crate::record::{Results, Status};
+use crate::record::{LawRecord, Results, Status};
 use crate::words;
 
 /// Everything after the procedures and the safety page.

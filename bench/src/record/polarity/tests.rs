@@ -64,7 +64,7 @@ fn basis() -> Basis {
         grounds: String::new(),
     };
     let devices = [device("az-drive"), device("el-drive")];
-    Basis::new(&devices, &["unit".into()], "rig", &controllers::DirectorGains::default())
+    Basis::new(&devices, &["unit".into()], "rig", &controllers::DirectorGains::default(), &[])
 }
 
 #[test]
@@ -84,7 +84,7 @@ fn every_part_of_what_was_proven_changes_the_hash_and_is_named() {
     }
     let gains = controllers::DirectorGains::default();
     assert_ne!(
-        Basis::new(&[], &["unit".into()], "rig", &gains).changes_since(&basis()),
+        Basis::new(&[], &["unit".into()], "rig", &gains, &[]).changes_since(&basis()),
         Vec::<String>::new()
     );
 }
