@@ -37,6 +37,10 @@ fn is_stopped_at_once(ran: &Ran, interlock: &str, cause: &str) {
     assert!(stop.from_rad_per_s > 0.15 && ran.contacts == 0, "{stop:?}");
     let commanded = ran.column("/az", "torque_command_nm");
     assert!(commanded.iter().all(|torque_nm| torque_nm.abs() <= 2556.1), "no broken torque went out");
+    let (c, v, a, st) = (ran.column("/az", "velocity_command_rad_per_s"), ran.column("/az", "velocity_setpoint_rad_per_s"), ran.column("/az", "torque_command_nm"), ran.column("/bench", "state"));
+    let k = c.iter().position(|x| *x > 0.19).unwrap_or(0);
+    eprintln!("DBG {trip:?} rows {} {}", c.len(), st.len());
+    for i in k.saturating_sub(2)..(k + 120).min(c.len()) { eprintln!("DBG {i} {:.5} {:.5} {:.1} {}", c[i], v[i], a[i], st[i.min(st.len()-1)]); }
     let fastest = ran.largest("/az", "velocity_command_rad_per_s");
     assert!(fastest > 0.19 && fastest <= WRONG_FROM_RAD_PER_S, "commanded up to {fastest} rad/s");
 }

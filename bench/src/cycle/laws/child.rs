@@ -9,6 +9,7 @@ use std::time::Duration;
 use external_law::Library;
 use external_law::rows::{LawInput, LawOutput, LawSetup};
 use external_law::shared::Mapping;
+use rustix::thread::sched_yield;
 
 use crate::clock::Stopwatch;
 use crate::cycle::velocity_loop::LawFault;
@@ -74,7 +75,8 @@ impl Child {
         }
     }
 
-    /// Real time: looks without giving way, so that no answer in time is seen too late.
+    /// Real time: looks again and again, so that no answer in time is seen too late. It gives way where both processes must
+    /// share a processor; a thread with a real-time priority keeps its own.
     fn wait_for(&mut self, deadline: Duration) -> Result<LawOutput, LawFault> {
         let watch = Stopwatch::start();
         loop {
@@ -86,7 +88,7 @@ impl Child {
                 let limit_us = 1e6 * deadline.as_secs_f64();
                 return Err(self.ended().unwrap_or(LawFault::Late { after_us: 1e6 * after_s, limit_us }));
             }
-            std::hint::spin_loop();
+            sched_yield();
         }
     }
 
