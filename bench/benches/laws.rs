@@ -135,7 +135,8 @@ fn alone_us(rig: &Rig, laws: &Laws) -> f64 {
 }
 
 fn main() {
-    let rig = read_rig(shipped::find(Folder::Rigs, "sim", None).expect("a shipped rig")).expect("a valid rig");
+    let rig =
+        read_rig(shipped::find(Folder::Rigs, "sim", None).expect("a shipped rig")).expect("a valid rig");
     let folder = tempfile::tempdir().expect("a temporary folder");
     let library = Arc::new(library(folder.path()));
     let child = Hosting::Child { program: PathBuf::from(env!("CARGO_BIN_EXE_bench")), deadline: None };
