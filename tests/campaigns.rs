@@ -42,6 +42,7 @@ pub(crate) fn with_setup<T>(
         plan: &plan(&wanted, &rig).expect("shipped procedures"),
         unit,
         built: Vec::new(),
+        laws: Default::default(),
         gains: &parameters::load(&rig).expect("shipped parameters"),
         rig: &rig,
         folder: folder.to_owned(),

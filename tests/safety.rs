@@ -4,6 +4,7 @@ mod bed;
 mod each_state;
 mod endings;
 mod ethercat;
+mod external_laws;
 mod hung;
 mod limited;
 mod mirror;

@@ -18,6 +18,7 @@ mod inertial;
 mod inputs;
 mod interrupts;
 mod latency;
+mod laws;
 mod line_faults;
 mod locks;
 mod mirror;

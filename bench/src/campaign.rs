@@ -8,6 +8,7 @@ use std::thread::Scope;
 use controllers::DirectorGains;
 use reports::record::Grant;
 
+use crate::cycle::laws::Laws;
 use crate::exit;
 use crate::judge::{self, JudgedLog};
 use crate::model::rig::Rig;
@@ -48,6 +49,8 @@ pub struct Setup<'a> {
     pub built: Vec<Option<Unit>>,
     /// Gains of the production controllers.
     pub gains: &'a DirectorGains,
+    /// External velocity laws; axes without one have the built-in law.
+    pub laws: Laws,
     /// Run folder, existing and empty.
     pub folder: PathBuf,
     /// Seed.

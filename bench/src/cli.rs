@@ -9,10 +9,12 @@ mod check;
 mod compare;
 mod devices;
 mod explain;
+mod host_controller;
 mod import;
 mod init;
 mod inspect;
 mod judge_aside;
+mod law;
 mod list;
 mod merge;
 mod monitor;
@@ -79,6 +81,9 @@ enum Verb {
     /// Judge one log of a run folder for the process that runs it
     #[command(hide = true)]
     JudgeAside(judge_aside::Args),
+    /// Step an external law for the process that runs it
+    #[command(hide = true)]
+    HostController(host_controller::Args),
 }
 
 /// Parses the command line, does what it says, returns the exit code.
@@ -142,5 +147,6 @@ fn dispatch(verb: Verb) -> u8 {
         Verb::Init(args) => init::run(&args),
         Verb::Import(args) => import::run(&args),
         Verb::JudgeAside(args) => judge_aside::run(&args),
+        Verb::HostController(args) => host_controller::run(&args),
     }
 }

@@ -185,6 +185,12 @@ pub fn give_way() {
     let _ = rustix::process::setpriority_process(None, LOWEST);
 }
 
+/// This process gives way to threads that tick, and still comes before those of [`give_way`].
+pub fn give_way_a_little() {
+    const BELOW_ORDINARY: i32 = 5;
+    let _ = rustix::process::setpriority_process(None, BELOW_ORDINARY);
+}
+
 /// How long ago something was, the time that the computer slept counted: whoever secured an area and closed the lid has
 /// not secured it for the next morning.
 #[derive(Clone, Copy, Debug)]

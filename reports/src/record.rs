@@ -19,8 +19,8 @@ pub use evidence::{EvidenceRecord, EvidenceState};
 pub use realtime::{Grant, LatenessRecord};
 pub use requirement::{ComparatorCode, DecisionRule, JudgedFindings, LimitFindings, RequirementFindings};
 pub use run::{
-    Attempt, DeviceRecord, FileHash, InstrumentRecord, Interruption, PromptRecord, RunRecord, TitlePage,
-    WaiverRecord,
+    Attempt, DeviceRecord, FileHash, InstrumentRecord, Interruption, LawRecord, PromptRecord, RunRecord,
+    TitlePage, WaiverRecord,
 };
 pub use safety::{ComputedWorst, NotEnforcedFinding, SafetyFindings, StopFinding, TripFinding};
 

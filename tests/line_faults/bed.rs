@@ -89,6 +89,7 @@ fn carried_out(name: &str, id: &str, out: &Path, wires: FaultyWires) -> campaign
         plan: &plan(&wanted, &rig).expect("a valid procedure"),
         unit: &unit,
         built: Vec::new(),
+        laws: Default::default(),
         gains: &parameters::load(&rig).expect("shipped parameters"),
         rig: &rig,
         folder: out.to_owned(),

@@ -11,6 +11,7 @@ use super::ethercat;
 use bench::clock::Clock;
 use bench::cycle::axis_loop::AxisLoop;
 use bench::cycle::dither::Dither;
+use bench::cycle::laws::Laws;
 use bench::cycle::prompt::Question;
 use bench::cycle::recorder::{LogHead, Recorder};
 use bench::cycle::run::{Conditions, PointOutcome, run_point};
@@ -44,6 +45,7 @@ pub(super) struct Bed {
     pub(super) parks: bool,
     pub(super) stop: Arc<AtomicU16>,
     pub(super) clock: Clock,
+    pub(super) laws: Laws,
     pub(super) wrap: Wrap,
     pub(super) recorder: Option<MakeRecorder>,
     /// Faults of the simulated rig, each at a time since the first tick.
@@ -74,6 +76,7 @@ impl Bed {
             parks: false,
             stop: Arc::new(AtomicU16::new(0)),
             clock: Clock::Virtual,
+            laws: Laws::default(),
             wrap: Box::new(|bus| bus),
             recorder: None,
             faults: Vec::new(),
@@ -115,7 +118,7 @@ impl Bed {
         for (after, fault) in self.on_ethercat.into_iter().flatten() {
             schedule.borrow_mut().push((armed.ready() + after, fault));
         }
-        let loops = AxisLoop::of_rig(&self.rig, &gains);
+        let loops = AxisLoop::of_rig_with(&self.rig, &gains, &self.laws).expect("sound laws");
         let conditions = Conditions {
             point: 0,
             case: &self.case,

@@ -7,6 +7,7 @@ use reports::record::{DeviceRecord, TitlePage};
 
 use super::{RunError, Setup, point};
 use crate::clock;
+use crate::model::rig::Tier;
 use crate::people::lock::{self, Held, Holder, LockError};
 use crate::people::{self, Situation};
 use crate::plan::CampaignPlan;
@@ -14,6 +15,10 @@ use crate::plan::calibration;
 use crate::record::log::{SUFFIX, origin};
 use crate::record::page::{Basis, KeptFile, Page, PageStage, PlannedLog};
 use crate::record::polarity;
+
+/// Why a law is not stepped in process outside virtual time.
+const IN_PROCESS: &str = "an external law is stepped in process, where it may crash the bench or make its ticks late; \
+                          allowed on a rig of tier virtual only";
 
 /// What a run must hold before its rig is opened: another process may be speaking over the same wires.
 ///
@@ -39,6 +44,9 @@ pub(super) fn admit(
     let wire_faults = wire_faults(setup);
     let situation = Situation { real: &real, unit, plan, jobs: *jobs, answers, wire_faults: &wire_faults };
     let mut refusals = people::refusals(&situation);
+    if setup.rig.tier != Tier::Virtual && setup.laws.any_in_process() {
+        refusals.push(IN_PROCESS.to_owned());
+    }
     refusals.extend(calibration::refusals(setup.rig, &real, &clock::today()));
     if !refusals.is_empty() {
         return Err(RunError::Refused(refusals.join("\n  and: ")));
@@ -53,7 +61,8 @@ fn title_page(setup: &Setup<'_>, devices: Vec<DeviceRecord>) -> Result<Page, Run
     let unit_files: Vec<KeptFile> = setup.unit.sources.iter().map(KeptFile::of).collect();
     let real = devices.iter().any(|device| device.may_be_real);
     let unit: Vec<String> = unit_files.iter().map(|file| file.text.clone()).collect();
-    let polarity = Basis::new(&devices, &unit, &rig.text, setup.gains);
+    let laws = setup.laws.records();
+    let polarity = Basis::new(&devices, &unit, &rig.text, setup.gains, &laws);
     if let Some(earlier) = &setup.polarity {
         polarity::accept(earlier, &polarity).map_err(RunError::Refused)?;
     }
@@ -88,6 +97,7 @@ fn title_page(setup: &Setup<'_>, devices: Vec<DeviceRecord>) -> Result<Page, Run
         command_line: setup.command_line.clone(),
         jobs: if real || setup.site.keeps_session() { 1 } else { setup.jobs.unwrap_or_else(processors) },
         wire_faults: wire_faults(setup),
+        laws,
         started_utc,
     })
 }

@@ -271,22 +271,25 @@ impl<'scope, 'env, 'a: 'scope> HeldSession<'scope, 'env, 'a> {
         let probed = rig.pair().map(|axis| axis.map(|axis| axis.name.clone()));
         let tasks =
             session.map_or_else(|| Ok(Tasks::default()), |s| s.preparer().ready(planned.case, &probed));
-        let loops = || AxisLoop::of_rig(rig, &self.setup.gains_of(index));
-        let run = PointRun::new(planned.conditions(), loops(), planned.dither.clone(), tasks);
+        let gains = self.setup.gains_of(index);
+        let loops = || AxisLoop::of_rig_with(rig, &gains, &self.setup.laws);
+        let run = PointRun::new(planned.conditions(), loops()?, planned.dither.clone(), tasks);
         let way = &self.extras.transfers[index][point];
-        let transfer = (!planned.case.open_loop).then(|| {
-            let conditions = Conditions {
-                point: 0,
-                case: way,
-                log_every: (rig.loop_rate_hz / LOG_HZ).round().max(1.0) as u64,
-                log_payload_every: PAYLOAD_EVERY,
-                gates: &[],
-                parks: false,
-                ..planned.conditions()
-            };
-            PointRun::new(conditions, loops(), planned.dither.clone(), Ok(Tasks::default())).untold()
-        });
-        Ok((run, transfer))
+        if planned.case.open_loop {
+            return Ok((run, None));
+        }
+        let conditions = Conditions {
+            point: 0,
+            case: way,
+            log_every: (rig.loop_rate_hz / LOG_HZ).round().max(1.0) as u64,
+            log_payload_every: PAYLOAD_EVERY,
+            gates: &[],
+            parks: false,
+            ..planned.conditions()
+        };
+        let transfer =
+            PointRun::new(conditions, loops()?, planned.dither.clone(), Ok(Tasks::default())).untold();
+        Ok((run, Some(transfer)))
     }
 }
 

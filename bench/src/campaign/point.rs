@@ -116,7 +116,7 @@ pub(super) fn one_point<'a>(
         clock,
         ..planned.conditions()
     };
-    let loops = AxisLoop::of_rig(rig_file, &gains);
+    let loops = AxisLoop::of_rig_with(rig_file, &gains, &setup.laws)?;
     let outcome = run_point(&mut rig, loops, conditions, planned.dither, recorder);
     Ok(ended(rig_file, outcome, &opened.surroundings.contacts()))
 }
@@ -188,6 +188,11 @@ pub(super) fn attachments(setup: &Setup<'_>, devices: &[DeviceRecord], index: us
     ];
     if let Some(state) = setup.plan.state_of(&setup.plan.procedures[index]) {
         all.push(attachment(log::STATE, &state.source.text));
+    }
+    let laws = setup.laws.records();
+    if !laws.is_empty() {
+        let text = serde_json::to_string(&laws).expect("names and digests have a JSON form");
+        all.push(attachment(log::LAWS, &text));
     }
     let identities = serde_json::to_string(devices).expect("names and sentences have a JSON form");
     all.push(attachment(log::DEVICES, &identities));

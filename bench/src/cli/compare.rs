@@ -120,6 +120,12 @@ fn facts(a: &Stored, b: &Stored) -> Vec<Fact> {
         let all: Vec<String> = page.devices.iter().map(|d| format!("{}: {}", d.name, d.identity)).collect();
         format!("{} ({})", all.len(), short(&sha256(all.join("\n").as_bytes())))
     };
+    let laws = |page: &Page| {
+        let all = page.laws.iter();
+        let said =
+            all.map(|law| format!("{}: {} {} ({})", law.axis, law.name, law.version, short(&law.sha256)));
+        said.collect::<Vec<_>>().join(", ")
+    };
     let none = |text: String| if text.is_empty() { "—".to_owned() } else { text };
     vec![
         fact("evidence", &|s| s.evidence.state.word().to_owned()),
@@ -139,6 +145,7 @@ fn facts(a: &Stored, b: &Stored) -> Vec<Fact> {
         fact("serial number", &|s| none(s.results.record.serial_number.clone().unwrap_or_default())),
         fact("seed", &|s| s.results.findings.seed.to_string()),
         fact("controller parameters", &|s| none(s.says(|page| short(&page.polarity.parameters_sha256)))),
+        fact("external laws", &|s| none(s.says(laws))),
         fact("devices", &|s| s.says(devices)),
         fact("faults planted on the wire", &|s| none(s.says(|page| page.wire_faults.join(", ")))),
     ]

@@ -59,6 +59,7 @@ fn by_page(page: Page, folder: &Path) -> RunRecord {
         rig: Some(page.rig_id),
         started_utc: Some(page.started_utc),
         devices: page.devices,
+        laws: page.laws,
         instruments: page.instruments,
         grants: page.grants,
         prompts: prompts(folder),

@@ -8,8 +8,10 @@ use procedures::diagnostic::Diagnostic;
 use procedures::regression::{ArmRecord, Baseline, Criteria, Look, Shard, propose};
 use reports::regression::Regression;
 
+use super::law::{AskedLaw, LawArgs, asked_law};
 use super::options::load_rig;
 use super::output;
+use crate::cycle::laws::Laws;
 use crate::exit;
 use crate::files::shipped::{self, Folder, sort};
 use crate::model::rig::{Rig, Tier};
@@ -38,6 +40,15 @@ pub(super) struct Args {
     /// State files that change the units with the candidate alone, e.g. a firmware with more delay
     #[arg(long, value_name = "F", num_args = 1..)]
     candidate_state: Vec<String>,
+    /// Close a velocity loop with the law of a shared library in the baseline's arm alone; may be repeated
+    #[arg(long, value_name = "AXIS=FILE@SHA256", value_parser = asked_law)]
+    baseline_law: Vec<AskedLaw>,
+    /// Close a velocity loop with the law of a shared library in the candidate's arm alone; may be repeated
+    #[arg(long, value_name = "AXIS=FILE@SHA256", value_parser = asked_law)]
+    candidate_law: Vec<AskedLaw>,
+    /// Step external laws in processes of their own: one that crashes is then a trip
+    #[arg(long)]
+    host_laws: bool,
     /// Criteria: a file, or the name of shipped ones; `regress.toml` beside you if there is one, otherwise those of the campaign
     #[arg(long, value_name = "F")]
     criteria: Option<String>,
@@ -177,14 +188,23 @@ fn prepare(args: &Args) -> Result<Prepared, Vec<Diagnostic>> {
             store::read_arm(Path::new(&args.baseline)).map_err(|text| vec![Diagnostic::new(text)])?;
         BaselineArm::Stored(Box::new(record))
     } else {
-        let files = ArmFiles { parameters: &args.baseline, states: &args.baseline_state };
+        let laws = laws(&args.baseline_law, args.host_laws, &rig)?;
+        let files = ArmFiles { parameters: &args.baseline, states: &args.baseline_state, laws };
         BaselineArm::ToRun(Box::new(Arm::read(&files, &rig)?))
     };
-    let candidate = args
-        .candidate
-        .as_ref()
-        .map(|parameters| Arm::read(&ArmFiles { parameters, states: &args.candidate_state }, &rig));
-    Ok(Prepared { candidate: candidate.transpose()?, rig, plan, units, criteria, baseline })
+    let candidate = match &args.candidate {
+        Some(parameters) => {
+            let laws = laws(&args.candidate_law, args.host_laws, &rig)?;
+            Some(Arm::read(&ArmFiles { parameters, states: &args.candidate_state, laws }, &rig)?)
+        }
+        None => None,
+    };
+    Ok(Prepared { candidate, rig, plan, units, criteria, baseline })
+}
+
+/// External laws of an arm, loaded and checked.
+fn laws(asked: &[AskedLaw], host_laws: bool, rig: &Rig) -> Result<Laws, Vec<Diagnostic>> {
+    LawArgs { law: asked.to_vec(), host_laws }.read(rig).map_err(|why| vec![Diagnostic::new(why)])
 }
 
 /// The criteria file that somebody names, the one that lies there, or the one of the campaign.

@@ -188,6 +188,7 @@ fn page_of(judged: &JudgedLog, file: &str, requirements: KeptFile) -> Page {
         command_line: String::new(),
         jobs: 1,
         wire_faults: Vec::new(),
+        laws: Vec::new(),
         started_utc: String::new(),
     }
 }

@@ -7,10 +7,12 @@ use std::sync::atomic::AtomicU16;
 
 use reports::record::{EvidenceState, FileHash, Results};
 
+use super::law::LawArgs;
 use super::options::{Asked, Fit};
 use super::{output, verdicts};
 use crate::campaign::{self, RunError, RunResult, Setup};
 use crate::clock::{self, Stopwatch};
+use crate::cycle::laws::Laws;
 use crate::exit;
 use crate::files::answers;
 use crate::files::parameters;
@@ -75,6 +77,8 @@ pub(super) struct Args {
     /// Ask nothing and draw no progress bar; the run is refused if a prompt has no answer
     #[arg(long)]
     non_interactive: bool,
+    #[command(flatten)]
+    laws: LawArgs,
     #[command(flatten)]
     wire: wire::WireArgs,
 }
@@ -157,6 +161,7 @@ struct Prepared {
     built: Vec<Option<Unit>>,
     plan: CampaignPlan,
     gains: controllers::DirectorGains,
+    laws: Laws,
     answers: Answers,
     folder: PathBuf,
     wire: wire::RunWire,
@@ -170,10 +175,11 @@ fn prepare(args: &Args) -> Result<Prepared, u8> {
     let plan = crate::plan::plan(&wanted, &rig).map_err(|e| output::plan_error(&e, exit::REFUSED))?;
     let built = plan.units(&unit).map_err(|found| output::mistakes(&found))?;
     let gains = parameters::load(&rig).map_err(|found| output::mistakes(&found))?;
+    let laws = args.laws.load(&rig)?;
     let answers = answers(args, &plan)?;
     let folder = keep::folder(args.out.as_deref())?;
     let wire = args.wire.open(&rig, args.seed, &folder)?;
-    Ok(Prepared { rig, unit, built, plan, gains, answers, folder, wire })
+    Ok(Prepared { rig, unit, built, plan, gains, laws, answers, folder, wire })
 }
 
 /// How the prompts of this plan are answered.
@@ -202,6 +208,7 @@ fn carry_out(args: &Args, prepared: &Prepared, stop: Arc<AtomicU16>, underway: U
         unit: &prepared.unit,
         built: prepared.built.clone(),
         gains: &prepared.gains,
+        laws: prepared.laws.clone(),
         folder: prepared.folder.clone(),
         seed: args.seed,
         jobs: args.jobs,

@@ -5,11 +5,15 @@ use controllers::profile::{MotionLimits, ProfileGenerator, Reference};
 use controllers::velocity::VelocityController;
 use controllers::{AxisGains, DirectorGains};
 use drivers::cia402::Actuals;
+use drivers::device::DeviceError;
+use external_law::rows::LawInput;
 use procedures::axis::{INTERNAL_LIMIT, SATURATED_SHARE};
 use procedures::case::{Mode, Segment};
 use procedures::excitation::Injection;
 use procedures::stimulus::Setpoint;
 
+use crate::cycle::laws::Laws;
+use crate::cycle::velocity_loop::{LawFault, VelocityLoop};
 use crate::model::axis::RigAxis;
 use crate::model::rig::Rig;
 
@@ -41,10 +45,10 @@ fn motion_of(actuals: &Actuals, acceleration_rad_per_s2: f64) -> Reference {
 ///
 /// The axis follows either the setpoint of a segment or its own reference from the profile generator
 /// (`following_reference`): for a hold, a stop or a slow move. `sent_nm` is the torque that really went out last.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct AxisLoop {
     position: PositionController,
-    velocity: VelocityController,
+    velocity: VelocityLoop,
     reference: ProfileGenerator,
     mode: Mode,
     setpoint: Setpoint,
@@ -68,10 +72,24 @@ pub struct AxisLoop {
 }
 
 impl AxisLoop {
-    /// The loops of a rig, in the order of its axes.
+    /// The loops of a rig with the built-in laws, in the order of its axes.
     pub fn of_rig(rig: &Rig, gains: &DirectorGains) -> Vec<Self> {
         let cycle_s = 1.0 / rig.loop_rate_hz;
         rig.axes.iter().zip(&gains.axes).map(|(axis, own)| Self::new(own, axis, cycle_s)).collect()
+    }
+
+    /// The loops of a rig, with external laws where there are any.
+    ///
+    /// # Errors
+    /// When a law cannot be started.
+    pub fn of_rig_with(rig: &Rig, gains: &DirectorGains, laws: &Laws) -> Result<Vec<Self>, DeviceError> {
+        let mut loops = Self::of_rig(rig, gains);
+        for ((axis, own), of_axis) in rig.axes.iter().zip(&gains.axes).zip(&mut loops) {
+            if let Some(law) = laws.of(&axis.name) {
+                of_axis.velocity.step_by(law.start(axis, own, of_axis.cycle_s)?);
+            }
+        }
+        Ok(loops)
     }
 
     /// A loop with the production gains that saturates at the axis' torque limit.
@@ -84,7 +102,7 @@ impl AxisLoop {
         };
         Self {
             position: PositionController::new(gains, limits.max_velocity_rad_per_s),
-            velocity: VelocityController::new(gains, limits.max_torque_nm, cycle_s),
+            velocity: VelocityLoop::new(VelocityController::new(gains, limits.max_torque_nm, cycle_s)),
             reference: ProfileGenerator::new(motion, 0.0)
                 .expect("the rig file's reader accepts only positive, finite limits"),
             mode: Mode::Position,
@@ -156,7 +174,8 @@ impl AxisLoop {
         self.mode = Mode::Position;
     }
 
-    /// Begins an ordered stop or the stop after a trip, with the given deceleration and jerk (both positive).
+    /// Begins an ordered stop or the stop after a trip, with the given deceleration and jerk (both positive). The built-in
+    /// law makes it.
     ///
     /// The stop begins at the believed angle and rate, which are also its feedback. It does not begin at the command: an
     /// axis that lags behind must not catch up first. `friction_nm` is the torque that overcomes sliding friction.
@@ -172,6 +191,7 @@ impl AxisLoop {
             acceleration_rad_per_s2: deceleration_rad_per_s2,
             jerk_rad_per_s3,
         };
+        self.velocity.leave_external();
         self.take_limits(limits);
         self.quiet();
         let ahead = believed.velocity_rad_per_s.signum();
@@ -353,16 +373,29 @@ impl AxisLoop {
         let feed_forward_nm = self.inertia_kg_m2 * wished.acceleration_rad_per_s2;
         let command = command + added_rate;
         self.closed_on_rad_per_s[0] = command;
-        let velocity = match (&mut self.detuned, wanted) {
-            (Some(detuned), Some(_)) => detuned,
-            _ => &mut self.velocity,
+        let input = LawInput {
+            take_over: 0.0,
+            reference_rad_per_s: command,
+            rate_rad_per_s,
+            feed_forward_nm,
+            acceleration_rad_per_s2: wished.acceleration_rad_per_s2,
+            sent_nm: self.sent_nm,
         };
+        let mut torque_nm = 0.0;
         // Steps for missed periods, with the present values held; only the last one gives the torque.
-        for _ in 1..self.passed[1] {
-            velocity.update(command, rate_rad_per_s, feed_forward_nm);
+        for _ in 0..self.passed[1].max(1) {
+            torque_nm = match (&mut self.detuned, wanted) {
+                (Some(detuned), Some(_)) => detuned.update(command, rate_rad_per_s, feed_forward_nm),
+                _ => self.velocity.update(&input),
+            };
         }
-        let torque_nm = velocity.update(command, rate_rad_per_s, feed_forward_nm) + added_nm;
+        let torque_nm = torque_nm + added_nm;
         torque_nm.clamp(-self.max_torque_nm, self.max_torque_nm)
+    }
+
+    /// What made the external law unusable, once.
+    pub fn take_law_fault(&mut self) -> Option<LawFault> {
+        self.velocity.take_fault()
     }
 
     /// Records the torque that really went out, N·m, for a bumpless change of mode.
@@ -399,90 +432,4 @@ impl AxisLoop {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::files::parameters;
-    use crate::files::rig::read_rig;
-    use crate::files::shipped::{self, Folder};
-
-    fn azimuth() -> AxisLoop {
-        let source = shipped::find(Folder::Rigs, "sim", None).expect("shipped");
-        let rig = read_rig(source).expect("a shipped rig parses");
-        let gains = parameters::load(&rig).expect("shipped parameters");
-        AxisLoop::of_rig(&rig, &gains).remove(0)
-    }
-
-    fn excited(into: Injection, value: f64, gain_ratio: Option<f64>) -> AxisLoop {
-        let mut axis_loop = azimuth();
-        let still = Actuals::default();
-        let segment = Segment { gain_ratio, ..Segment::hold("excited", Mode::Velocity, 1.0) };
-        axis_loop.enter(&segment, 0.0);
-        let excitation = Some((into, value));
-        let torque_nm = axis_loop.excited(excitation).torque(&still, 0.0, Some(&Setpoint::default()));
-        axis_loop.sent(torque_nm);
-        axis_loop
-    }
-
-    /// Otherwise a stop that begins during an excitation would keep its torque and push the axis on.
-    #[test]
-    fn nothing_of_an_excitation_is_left_in_an_emergency_stop() {
-        for (into, value) in [(Injection::Torque, 300.0), (Injection::Velocity, 0.03)] {
-            let mut axis_loop = excited(into, value, None);
-            let still = Actuals::default();
-            axis_loop.start_emergency_stop(&still, 1.7, 150.0, 0.0);
-            for _ in 0..100 {
-                let torque_nm = axis_loop.torque(&still, 0.0, None);
-                assert!(torque_nm.abs() < 1.0, "{into:?}: {torque_nm} N*m");
-                axis_loop.sent(torque_nm);
-            }
-        }
-    }
-
-    #[test]
-    fn a_loosened_loop_does_not_keep_the_excitation_of_the_tick_in_which_it_began() {
-        let mut axis_loop = excited(Injection::Torque, 300.0, None);
-        let still = Actuals::default();
-        let detuned = Segment { gain_ratio: Some(0.0), ..Segment::hold("detuned", Mode::Velocity, 1.0) };
-        axis_loop.enter(&detuned, 0.0);
-        let torque_nm = axis_loop.excited(None).torque(&still, 0.0, Some(&Setpoint::default()));
-        assert!(torque_nm.abs() < 1e-9, "{torque_nm}");
-    }
-
-    /// Torque and reference after 100 periods of a move, with all ticks or with a gap of 33 periods.
-    fn moved(ticks: &[u32]) -> (f64, Reference) {
-        let mut axis_loop = azimuth();
-        let still = Actuals::default();
-        axis_loop.go_slowly(&still, 0.5);
-        let mut torque_nm = 0.0;
-        for &periods in ticks {
-            axis_loop.pass(periods, periods);
-            // An axis that follows its reference, a little too slowly.
-            let position_rad = axis_loop.reference.reference().position_rad;
-            let actuals = Actuals { position_rad, ..still };
-            torque_nm = axis_loop.torque(&actuals, 0.9 * axis_loop.setpoint.velocity_rad_per_s, None);
-            axis_loop.sent(torque_nm);
-        }
-        (torque_nm, axis_loop.reference.reference())
-    }
-
-    #[test]
-    fn reference_and_integral_go_on_in_time_over_missed_periods() {
-        let (whole_nm, whole) = moved(&[1; 100]);
-        let (gap_nm, gap) = moved(&[&[1; 60][..], &[33], &[1; 7]].concat());
-        assert!((gap.position_rad - whole.position_rad).abs() < 1e-12, "{gap:?} {whole:?}");
-        assert!((gap_nm - whole_nm).abs() < 0.05 * whole_nm.abs(), "{gap_nm} N·m instead of {whole_nm}");
-    }
-
-    #[test]
-    fn what_is_no_number_excites_nothing_and_nothing_exceeds_the_limit() {
-        let still = Actuals::default();
-        let mut axis_loop = azimuth();
-        axis_loop.enter(&Segment::hold("excited", Mode::Velocity, 1.0), 0.0);
-        let not_a_number = Some((Injection::Torque, f64::NAN));
-        let torque_nm = axis_loop.excited(not_a_number).torque(&still, 0.0, Some(&Setpoint::default()));
-        assert_eq!(torque_nm, 0.0);
-        let too_much = Some((Injection::Torque, 1e9));
-        let torque_nm = axis_loop.excited(too_much).torque(&still, 0.0, Some(&Setpoint::default()));
-        assert_eq!(torque_nm, axis_loop.max_torque_nm);
-    }
-}
+mod tests;

@@ -21,6 +21,7 @@ use crate::cycle::recorder::{LoopEvent, Recorder};
 use crate::cycle::safe::{Exit, Safe, make_safe};
 use crate::cycle::sequence::{PointOrder, Sequencer};
 use crate::cycle::stops::Stops;
+use crate::cycle::velocity_loop::LawFault;
 use crate::rig::ArmedRig;
 use crate::rig::instruments::Tasks;
 
@@ -287,9 +288,35 @@ fn tick(
         ending.fail(error);
         halt(rig, sequencer, ticks, recorder);
     }
+    if let Some((axis, fault)) = sequencer.take_law_fault() {
+        stop_without_law(axis, fault, rig, sequencer, ticks, ending, recorder);
+    }
     ticks.conditions.progress.note(ticks.now.saturating_sub(ticks.start), sequencer.state());
     ticks.row(rig, Some(sequencer), recorder);
     ticks.instrument_rows(rig, recorder);
+}
+
+/// An external law has failed: the built-in laws stop all axes, and the frame of this very tick has the commands of that
+/// stop.
+fn stop_without_law(
+    axis: usize,
+    fault: LawFault,
+    rig: &mut ArmedRig,
+    sequencer: &mut Sequencer<'_>,
+    ticks: &mut Ticks<'_>,
+    ending: &mut Ending,
+    recorder: &mut Recorder,
+) {
+    let stopping = ending.stops();
+    let trip = fault.trip(axis);
+    ticks.tell_trip(recorder, trip);
+    ending.take_trip(trip, || Some(fault.to_string()));
+    if !stopping {
+        halt(rig, sequencer, ticks, recorder);
+    }
+    if let Err(error) = sequencer.command_stop(ticks.now, rig) {
+        ending.fail(error);
+    }
 }
 
 /// Interlocks, gates and orders to stop.
@@ -304,7 +331,7 @@ fn guard(
     if let Some(trip) = ticks.first_out(rig, Some(sequencer), recorder, ending.trip.as_ref()) {
         ticks.tell_trip(recorder, trip);
         ending.expected = ending.trip.is_none() && !stopping && holds_a_fence(sequencer, ticks, rig, &trip);
-        ending.take_trip(trip, || ticks.cause(&trip, rig));
+        ending.take_trip(trip, || ticks.cause(&trip, rig).map(|error| error.to_string()));
         if OF_THE_BENCH.contains(&trip.interlock) {
             ending.fail(format_args!("the bench failed: {}", trip.interlock));
         }

@@ -18,6 +18,8 @@ pub(crate) const RIG: &str = "rig.toml";
 pub(crate) const STATE: &str = "state.toml";
 /// Attachment with the devices that a log was measured with, as they identified themselves.
 pub(crate) const DEVICES: &str = "devices.json";
+/// Attachment with the external velocity laws of a run; a log of built-in laws has none.
+pub(crate) const LAWS: &str = "laws.json";
 /// Attachment with the worst cases that were computed before the run; a log of a procedure that moves nothing has none.
 pub(crate) const COMPUTED: &str = "computed.json";
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use controllers::parameter::{AXIS_PARAMETERS, PARAMETERS, VELOCITY_LAW};
 use procedures::campaign::Claim;
 use procedures::diagnostic::SourceFile;
-use reports::record::{DeviceRecord, FileHash, Grant, InstrumentRecord, Origin, TitlePage};
+use reports::record::{DeviceRecord, FileHash, Grant, InstrumentRecord, LawRecord, Origin, TitlePage};
 use serde::{Deserialize, Serialize};
 
 use crate::record::bounded;
@@ -92,7 +92,7 @@ pub struct Basis {
     pub unit_sha256: String,
     /// Digest of the rig file.
     pub rig_sha256: String,
-    /// Digest of all parameters of the controllers.
+    /// Digest of all parameters of the controllers, and of their external laws.
     pub parameters_sha256: String,
 }
 
@@ -103,13 +103,15 @@ impl Basis {
         unit: &[String],
         rig: &str,
         gains: &controllers::DirectorGains,
+        external: &[LawRecord],
     ) -> Self {
         let line = |key: &str, value_si: f64| format!("{key}={:016x}", value_si.to_bits());
         let shared = PARAMETERS.iter().map(|p| line(p.key, (p.get)(gains)));
         let of_axes =
             gains.axes.iter().flat_map(|own| AXIS_PARAMETERS.iter().map(|p| line(p.key, (p.get)(own))));
         let laws = gains.axes.iter().map(|own| format!("{VELOCITY_LAW}={}", own.velocity_law.name()));
-        let parameters: Vec<String> = shared.chain(of_axes).chain(laws).collect();
+        let external = external.iter().map(|law| format!("{}.{VELOCITY_LAW}={}", law.axis, law.sha256));
+        let parameters: Vec<String> = shared.chain(of_axes).chain(laws).chain(external).collect();
         Self {
             identities: devices.iter().map(|d| format!("{}: {}", d.name, d.identity)).collect(),
             unit_sha256: sha256(unit.join("\0").as_bytes()),
@@ -215,6 +217,9 @@ pub struct Page {
     /// Faults that were planted on the wire, as they were asked for: nothing on it counts as real.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub wire_faults: Vec<String>,
+    /// External velocity laws; empty where all laws are built in.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub laws: Vec<LawRecord>,
     /// Start by the wall clock.
     pub started_utc: String,
 }

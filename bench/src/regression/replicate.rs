@@ -83,6 +83,7 @@ impl Job<'_> {
             unit: &unit,
             built: built.clone(),
             gains: &self.arm.gains,
+            laws: self.arm.laws.clone(),
             folder: self.folder.to_owned(),
             seed: self.seed,
             jobs: Some(1),

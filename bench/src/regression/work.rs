@@ -7,9 +7,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 use controllers::DirectorGains;
 use procedures::diagnostic::Diagnostic;
 use procedures::regression::{ARM_SCHEMA, ArmRecord, Controller, Program, Replicate, Scenario, Shard};
+use reports::record::LawRecord;
 
 use super::population::Units;
 use super::replicate::{Job, RunFailure};
+use crate::cycle::laws::Laws;
 use crate::exit;
 use crate::files::parameters;
 use crate::files::unit::{in_state, load_state};
@@ -27,6 +29,8 @@ pub struct ArmFiles<'a> {
     pub parameters: &'a str,
     /// States that are laid over each unit in this arm alone.
     pub states: &'a [String],
+    /// External velocity laws, loaded.
+    pub laws: Laws,
 }
 
 /// One arm, read.
@@ -34,6 +38,8 @@ pub struct ArmFiles<'a> {
 pub struct Arm {
     /// Gains of its controllers.
     pub gains: DirectorGains,
+    /// External velocity laws; axes without one have the built-in law.
+    pub laws: Laws,
     states: Vec<BuildState>,
     controller: Controller,
 }
@@ -50,16 +56,22 @@ impl Arm {
         let digest = |state: &BuildState| format!("{} {}", state.id, sha256(state.source.text.as_bytes()));
         let controller = Controller {
             parameters: files.parameters.to_owned(),
-            sha256: Basis::new(&[], &[], "", &gains).parameters_sha256,
+            sha256: Basis::new(&[], &[], "", &gains, &files.laws.records()).parameters_sha256,
             states: states.iter().map(digest).collect(),
+            laws: files.laws.records().iter().map(law).collect(),
         };
-        Ok(Self { gains, states, controller })
+        Ok(Self { gains, laws: files.laws.clone(), states, controller })
     }
 
     /// The unit as this arm finds it.
     pub(super) fn laid_over(&self, unit: &Unit) -> Result<Unit, Vec<Diagnostic>> {
         self.states.iter().try_fold(unit.clone(), |unit, state| in_state(&unit, state))
     }
+}
+
+/// `az: supplier-pi 1.2 (3f5a…)`.
+fn law(record: &LawRecord) -> String {
+    format!("{}: {} {} ({})", record.axis, record.name, record.version, record.sha256)
 }
 
 /// What all runs have in common.

@@ -43,6 +43,9 @@ pub struct Controller {
     /// Changes of the director that belong to this arm alone: file names of states laid over each unit, with their SHA-256.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub states: Vec<String>,
+    /// External velocity laws: axis, name and version, SHA-256 of the library.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub laws: Vec<String>,
 }
 
 /// What both arms are run through.

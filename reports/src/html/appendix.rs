@@ -5,7 +5,7 @@ use procedures::verdict::Verdict;
 use super::{anchor, badge, section, table_head, title};
 use crate::markup::Markup;
 use crate::number;
-use crate::record::{Results, Status};
+use crate::record::{LawRecord, Results, Status};
 use crate::words;
 
 /// Everything after the procedures and the safety page.
@@ -132,6 +132,9 @@ pub(super) fn bench(m: &mut Markup, results: &Results) {
     if let Some(factor) = record.speed_factor {
         rows.push(("Simulated time per processor time", number::short(factor, 3)));
     }
+    let laws: Vec<_> =
+        record.laws.iter().map(|law| (format!("Velocity law, {}", law.axis), law_in_words(law))).collect();
+    rows.extend(laws.iter().map(|(name, value)| (name.as_str(), value.clone())));
     for (name, value) in rows {
         m.open("tr", &[]);
         m.element("th", &[("scope", "row")], name);
@@ -143,6 +146,12 @@ pub(super) fn bench(m: &mut Markup, results: &Results) {
     devices(m, results);
     instruments(m, results);
     m.close();
+}
+
+/// An external law: who it is, and which build of it.
+fn law_in_words(law: &LawRecord) -> String {
+    let LawRecord { name, version, file, sha256, hosting, .. } = law;
+    format!("{name} {version}, external ({file}, SHA-256 {sha256}), {hosting}")
 }
 
 fn instruments(m: &mut Markup, results: &Results) {

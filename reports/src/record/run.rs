@@ -47,6 +47,23 @@ pub struct DeviceRecord {
     pub grounds: String,
 }
 
+/// An external velocity law of an axis.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LawRecord {
+    /// Name of the axis in the rig file.
+    pub axis: String,
+    /// Name of the law, as its library says.
+    pub name: String,
+    /// Version of the law, as its library says.
+    pub version: String,
+    /// The library, as it was named.
+    pub file: String,
+    /// SHA-256 of the library, hexadecimal.
+    pub sha256: String,
+    /// Where it was stepped: `in process` or `process of its own`.
+    pub hosting: String,
+}
+
 /// An instrument of the bench, and what its calibration was worth on the day of the run.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct InstrumentRecord {
@@ -196,6 +213,9 @@ pub struct RunRecord {
     pub numeric_profile: Option<String>,
     /// Devices with their identity.
     pub devices: Vec<DeviceRecord>,
+    /// External velocity laws; empty where all laws were built in.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub laws: Vec<LawRecord>,
     /// Instruments with their calibration.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub instruments: Vec<InstrumentRecord>,

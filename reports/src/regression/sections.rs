@@ -88,9 +88,10 @@ pub(super) fn rules(found: &Regression) -> Vec<String> {
 
 fn side(side: &Side) -> String {
     let controller = &side.controller;
-    let states = controller.states.iter().map(|state| format!(", state {state}")).collect::<String>();
+    let states: String = controller.states.iter().map(|state| format!(", state {state}")).collect();
+    let laws: String = controller.laws.iter().map(|law| format!(", law {law}")).collect();
     format!(
-        "parameters `{}` ({}){states}, bench {} ({})",
+        "parameters `{}` ({}){states}{laws}, bench {} ({})",
         controller.parameters,
         digest(&controller.sha256),
         side.program.version,

@@ -70,6 +70,7 @@ fn arm(parameters: &str, values: [[f64; 3]; 4]) -> ArmRecord {
             parameters: parameters.to_owned(),
             sha256: format!("{parameters}-0123456789"),
             states: Vec::new(),
+            laws: Vec::new(),
         },
         scenario: Scenario {
             campaign: "regression".to_owned(),

@@ -8,6 +8,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicU16;
 
+use bench::cycle::laws::Laws;
 use bench::files::profile;
 use bench::files::rig::read_rig;
 use bench::files::shipped::{Folder, find};
@@ -285,7 +286,10 @@ impl Bed {
             } else {
                 vec![write(&format!("{name}-state.toml"), &state(&settings))]
             };
-            let mut arm = Arm::read(&ArmFiles { parameters: "director", states: &states }, &rig)?;
+            let mut arm = Arm::read(
+                &ArmFiles { parameters: "director", states: &states, laws: Laws::default() },
+                &rig,
+            )?;
             if share > 0.0 {
                 arm.gains = planted.gains(&arm.gains);
                 arm.gains.axes[1] = arm.gains.el;

@@ -2,7 +2,6 @@
 
 use std::fmt::Display;
 
-use drivers::device::DeviceError;
 use procedures::log::PointStatus;
 
 use crate::cycle::interlock::Trip;
@@ -27,7 +26,7 @@ pub struct PointOutcome {
     pub status: PointStatus,
     /// What tripped first.
     pub trip: Option<Trip>,
-    /// What was wrong with the sensor that the interlock missed, where it did.
+    /// What was wrong with the sensor that the interlock missed, or with the external law, where it did.
     pub cause: Option<String>,
     /// A gate that refused before motion.
     pub refused: Option<String>,
@@ -62,10 +61,10 @@ impl Ending {
         self.trip.is_some() || self.error.is_some() || self.signal.is_some() || self.refused.is_some()
     }
 
-    /// An interlock tripped: the first one counts, with what is wrong with the sensor that it missed.
-    pub(super) fn take_trip(&mut self, trip: Trip, cause: impl FnOnce() -> Option<DeviceError>) {
+    /// An interlock tripped: the first one counts, with what is wrong with the sensor that it missed, or with the law.
+    pub(super) fn take_trip(&mut self, trip: Trip, cause: impl FnOnce() -> Option<String>) {
         if self.trip.is_none() {
-            (self.trip, self.cause) = (Some(trip), cause().map(|error| error.to_string()));
+            (self.trip, self.cause) = (Some(trip), cause());
         }
     }
 

@@ -67,6 +67,7 @@ fn page(needs_pass: &[&str]) -> Page {
         command_line: String::new(),
         jobs: 1,
         wire_faults: Vec::new(),
+        laws: Vec::new(),
         started_utc: String::new(),
     }
 }

@@ -64,7 +64,7 @@ fn basis() -> Basis {
         grounds: String::new(),
     };
     let devices = [device("az-drive"), device("el-drive")];
-    Basis::new(&devices, &["unit".into()], "rig", &controllers::DirectorGains::default())
+    Basis::new(&devices, &["unit".into()], "rig", &controllers::DirectorGains::default(), &[])
 }
 
 #[test]
@@ -84,14 +84,14 @@ fn every_part_of_what_was_proven_changes_the_hash_and_is_named() {
     }
     let gains = controllers::DirectorGains::default();
     assert_ne!(
-        Basis::new(&[], &["unit".into()], "rig", &gains).changes_since(&basis()),
+        Basis::new(&[], &["unit".into()], "rig", &gains, &[]).changes_since(&basis()),
         Vec::<String>::new()
     );
 }
 
 #[test]
 fn any_gain_of_any_controller_changes_the_hash() {
-    let hash = |gains: &controllers::DirectorGains| Basis::new(&[], &[], "rig", gains).hash();
+    let hash = |gains: &controllers::DirectorGains| Basis::new(&[], &[], "rig", gains, &[]).hash();
     let before = hash(&controllers::DirectorGains::default());
     for parameter in controllers::parameter::PARAMETERS {
         let mut gains = controllers::DirectorGains::default();

@@ -36,6 +36,7 @@ pub(super) fn arm(bandwidth_hz: impl Fn(u32, u64) -> f64) -> ArmRecord {
             parameters: "director".to_owned(),
             sha256: "gains".to_owned(),
             states: Vec::new(),
+            laws: Vec::new(),
         },
         scenario: Scenario {
             campaign: "regression".to_owned(),

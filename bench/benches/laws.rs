@@ -1,0 +1,159 @@
+//! What an external velocity law costs: time for each tick of the loop, on the whole simulated director and for the two axis
+//! loops alone. Needs the command `cc`.
+#![allow(clippy::print_stdout)]
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::Arc;
+use std::sync::atomic::AtomicU16;
+
+use bench::clock::{Clock, Stopwatch};
+use bench::cycle::axis_loop::AxisLoop;
+use bench::cycle::dither::Dither;
+use bench::cycle::laws::{Hosting, Law, Laws};
+use bench::cycle::recorder::Recorder;
+use bench::cycle::run::{Conditions, run_point};
+use bench::files::parameters;
+use bench::files::rig::read_rig;
+use bench::files::shipped::{self, Folder};
+use bench::model::rig::Rig;
+use bench::rig::OpenRig;
+use bench::rig::wires::Wires;
+use drivers::cia402::Actuals;
+use external_law::Library;
+use procedures::case::{Case, Mode, Segment};
+use procedures::log::Plan;
+use procedures::stimulus::{ProfileLimits, Setpoint, Stimulus};
+use sha2::{Digest, Sha256};
+use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
+use sim_devices::unit::UnitSettings;
+use validation::conditions::of_point;
+
+/// Rounds of each sort of law, taken in turn; the best one counts, because others only disturb.
+const ROUNDS: usize = 9;
+const SIMULATED_S: f64 = 10.0;
+/// Ticks of the axis loops alone.
+const TICKS: u32 = 200_000;
+
+/// The example in C, compiled.
+fn library(folder: &Path) -> Library {
+    let interface = Path::new(env!("CARGO_MANIFEST_DIR")).join("../controllers/abi");
+    let file = folder.join("velocity_pi.so");
+    let built = Command::new("cc")
+        .args(["-std=c11", "-O2", "-ffp-contract=off", "-shared", "-fPIC", "-I"])
+        .arg(&interface)
+        .arg("-o")
+        .arg(&file)
+        .arg(interface.join("examples/velocity_pi.c"))
+        .status();
+    assert!(built.is_ok_and(|status| status.success()), "cc compiles the example");
+    let digest = Sha256::digest(std::fs::read(&file).expect("a library"));
+    let digest: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
+    Library::load(&file, &digest).expect("the example is sound")
+}
+
+/// Both axes by the law of a library.
+fn laws(library: &Arc<Library>, hosting: &Hosting) -> Laws {
+    let mut laws = Laws::default();
+    for axis in ["az", "el"] {
+        laws.insert(axis, Law { library: Arc::clone(library), hosting: hosting.clone() });
+    }
+    laws
+}
+
+/// Azimuth goes there and back; elevation holds.
+fn case() -> Case {
+    let limits =
+        ProfileLimits { velocity_rad_per_s: 0.3, acceleration_rad_per_s2: 0.5, jerk_rad_per_s3: 5.0 };
+    let there = |target_rad: f64| Segment {
+        stimulus: Stimulus::Move { target_rad, limits },
+        ..Segment::hold("move", Mode::Position, SIMULATED_S / 2.0)
+    };
+    Case {
+        point: "1".to_owned(),
+        axis: "az".to_owned(),
+        start_pose_rad: [("az".to_owned(), 0.0), ("el".to_owned(), 0.5)].into(),
+        segments: [1.0, -1.0].map(there).into(),
+        ..Case::default()
+    }
+}
+
+/// Time for each tick of a point on the simulated director, µs.
+fn whole_us(rig: &Rig, laws: &Laws) -> f64 {
+    let case = case();
+    let gains = parameters::load(rig).expect("shipped parameters");
+    let plan = Plan {
+        schema: 1,
+        procedure: "BENCH".to_owned(),
+        axis: "az".to_owned(),
+        seed: 1,
+        loop_rate_hz: rig.loop_rate_hz,
+        log_rate_hz: rig.loop_rate_hz,
+        command_delay_ticks: 1,
+        axes: rig.limits(),
+        cases: vec![case.clone()],
+        mode: "simulated".to_owned(),
+    };
+    let address = SeedAddress { seed: 1, procedure: "BENCH".to_owned(), point: "1".to_owned() };
+    let start = StartState { az_rad: 0.0, el_rad: 0.5, heat_sink_degc: 40.0 };
+    let simulated = SimulatedRig::new(&UnitSettings::default(), &address, start);
+    let mut armed = OpenRig::open(Wires::simulated(&simulated), rig, &gains, &Clock::Virtual)
+        .and_then(|rig| rig.arm(&Clock::Virtual))
+        .expect("a healthy rig");
+    let loops = AxisLoop::of_rig_with(rig, &gains, laws).expect("sound laws");
+    let stop = AtomicU16::new(0);
+    let conditions = Conditions { loop_rate_hz: rig.loop_rate_hz, ..of_point(&case, &stop) };
+    let dither = Dither::new(&plan, "1", 0.12);
+    let watch = Stopwatch::start();
+    let outcome = run_point(&mut armed, loops, conditions, dither, &mut Recorder::discarding());
+    let took_s = watch.elapsed_s();
+    assert!(outcome.trip.is_none() && outcome.error.is_none(), "{outcome:?}");
+    1e6 * took_s / (outcome.loop_s * rig.loop_rate_hz)
+}
+
+/// Time for each tick of the two axis loops alone, µs.
+fn alone_us(rig: &Rig, laws: &Laws) -> f64 {
+    let gains = parameters::load(rig).expect("shipped parameters");
+    let mut loops = AxisLoop::of_rig_with(rig, &gains, laws).expect("sound laws");
+    let actuals = Actuals::default();
+    for axis_loop in &mut loops {
+        axis_loop.enter(&Segment::hold("rate", Mode::Velocity, 1.0), 0.0);
+    }
+    let watch = Stopwatch::start();
+    let mut sum_nm = 0.0;
+    for tick in 0..TICKS {
+        let rate_rad_per_s = 1e-3 * f64::from(tick % 17);
+        let wanted = Setpoint { velocity_rad_per_s: 1e-3 * f64::from(tick % 13), ..Setpoint::default() };
+        for axis_loop in &mut loops {
+            let torque_nm = axis_loop.torque(&actuals, rate_rad_per_s, Some(&wanted));
+            axis_loop.sent(torque_nm);
+            sum_nm += torque_nm;
+        }
+    }
+    std::hint::black_box(sum_nm);
+    1e6 * watch.elapsed_s() / f64::from(TICKS)
+}
+
+fn main() {
+    let rig =
+        read_rig(shipped::find(Folder::Rigs, "sim", None).expect("a shipped rig")).expect("a valid rig");
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let library = Arc::new(library(folder.path()));
+    let child = Hosting::Child { program: PathBuf::from(env!("CARGO_BIN_EXE_bench")), deadline: None };
+    let sorts = [
+        ("built in", Laws::default()),
+        ("external, in process", laws(&library, &Hosting::InProcess)),
+        ("external, process of its own", laws(&library, &child)),
+    ];
+    let mut best = [[f64::INFINITY; 2]; 3];
+    for _ in 0..ROUNDS {
+        for (best, (_, laws)) in best.iter_mut().zip(&sorts) {
+            *best = [best[0].min(whole_us(&rig, laws)), best[1].min(alone_us(&rig, laws))];
+        }
+    }
+    println!("time for each tick, both axes by the law, best of {ROUNDS}");
+    for ((name, _), [whole_us, alone_us]) in sorts.iter().zip(best) {
+        let more = 100.0 * (whole_us / best[0][0] - 1.0);
+        println!("{name:30} director {whole_us:8.3} us ({more:+6.2} %), axis loops alone {alone_us:8.3} us");
+    }
+}
