@@ -8,6 +8,7 @@ use crate::people::console;
 mod check;
 mod compare;
 mod devices;
+mod draw;
 mod explain;
 mod import;
 mod init;
@@ -15,6 +16,7 @@ mod inspect;
 mod judge_aside;
 mod list;
 mod monitor;
+mod monte_carlo;
 mod options;
 mod output;
 mod plan;
@@ -52,6 +54,10 @@ enum Verb {
     Compare(compare::Args),
     /// Write the report of a run in another format
     Report(report::Args),
+    /// Draw units from a family and write their unit files
+    Draw(draw::Args),
+    /// Pass probabilities, quantiles and sensitivities from stored runs of drawn units
+    MonteCarlo(monte_carlo::Args),
     /// Explain a kind, requirement, measurand, rig, unit or topic
     Explain(explain::Args),
     /// Print the JSON Schema of a file type
@@ -124,6 +130,8 @@ fn dispatch(verb: Verb) -> u8 {
         Verb::Rejudge(args) => rejudge::run(&args),
         Verb::Compare(args) => compare::run(&args),
         Verb::Report(args) => report::run(&args),
+        Verb::Draw(args) => draw::run(&args),
+        Verb::MonteCarlo(args) => monte_carlo::run(&args),
         Verb::Explain(args) => explain::run(&args),
         Verb::Schema(args) => schema::run(&args),
         Verb::Devices(args) => devices::run(&args),
