@@ -12,6 +12,7 @@ mod devices;
 mod documents;
 mod duty;
 mod evidence;
+mod families;
 mod files;
 mod imports;
 mod inertial;

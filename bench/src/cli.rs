@@ -8,6 +8,7 @@ use crate::people::console;
 mod check;
 mod compare;
 mod devices;
+mod draw;
 mod explain;
 mod host_controller;
 mod import;
@@ -18,6 +19,7 @@ mod law;
 mod list;
 mod merge;
 mod monitor;
+mod monte_carlo;
 mod options;
 mod output;
 mod plan;
@@ -60,6 +62,10 @@ enum Verb {
     Merge(merge::Args),
     /// Write the report of a run in another format
     Report(report::Args),
+    /// Draw units from a family and write their unit files
+    Draw(draw::Args),
+    /// Pass probabilities, quantiles and sensitivities from stored runs of drawn units
+    MonteCarlo(monte_carlo::Args),
     /// Explain a kind, requirement, measurand, rig, unit or topic
     Explain(explain::Args),
     /// Print the JSON Schema of a file type
@@ -137,6 +143,8 @@ fn dispatch(verb: Verb) -> u8 {
         Verb::Regress(args) => regress::run(&args),
         Verb::Merge(args) => merge::run(&args),
         Verb::Report(args) => report::run(&args),
+        Verb::Draw(args) => draw::run(&args),
+        Verb::MonteCarlo(args) => monte_carlo::run(&args),
         Verb::Explain(args) => explain::run(&args),
         Verb::Schema(args) => schema::run(&args),
         Verb::Devices(args) => devices::run(&args),

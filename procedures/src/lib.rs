@@ -20,6 +20,7 @@ pub mod kinds;
 pub mod log;
 pub mod measurement;
 pub mod missing;
+pub mod population;
 pub mod procedure;
 pub mod pull;
 pub mod quantity;

@@ -13,6 +13,7 @@ pub mod markdown;
 mod markup;
 mod number;
 pub mod plot;
+pub mod population;
 pub mod printable;
 pub mod record;
 pub mod regression;

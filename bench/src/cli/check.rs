@@ -1,11 +1,14 @@
-//! `bench check`: every mistake of every file, before anything is switched on.
+//! `bench check`: every mistake of every file, before anything is switched on; also of a family of units.
 
+use procedures::diagnostic::SourceFile;
 use reports::printable::counted;
 
 use super::options::{Asked, Fit};
 use super::output;
 use crate::exit;
-use crate::files::shipped::SHIPPED;
+use crate::files::family::read_family;
+use crate::files::shipped::sort::Sort;
+use crate::files::shipped::{self, Folder, SHIPPED};
 use crate::model::rig::Rig;
 use crate::plan::CampaignPlan;
 
@@ -18,6 +21,17 @@ pub(super) struct Args {
 }
 
 pub(super) fn run(args: &Args) -> u8 {
+    if let [name] = args.asked.names.as_slice()
+        && let Some(family) = family(name)
+    {
+        return match read_family(family) {
+            Ok(family) => {
+                output::say(&family.summary());
+                exit::PASS
+            }
+            Err(mistakes) => output::mistakes(&mistakes),
+        };
+    }
     let (plan, rig) = match args.asked.rehearsed(&[], args.fit) {
         Ok(found) => found,
         Err(code) => return code,
@@ -46,6 +60,12 @@ pub(super) fn run(args: &Args) -> u8 {
     }
     plan.left_out.iter().for_each(|left| output::say(left));
     exit::PASS
+}
+
+/// The family file of this name, if it means one.
+fn family(name: &str) -> Option<SourceFile> {
+    let source = shipped::find(Folder::Families, name, None).ok()?;
+    (Sort::of(&source) == Some(Sort::Family)).then_some(source)
 }
 
 /// The files that a run would use besides the procedures of its campaign, and how many of those are shipped ones.

@@ -10,26 +10,30 @@ use std::path::Path;
 use analysis::copula::GaussianCopula;
 use procedures::diagnostic::{Diagnostic, SourceFile};
 use procedures::table::{TableReader, read_file};
+use reports::printable::counted;
 use sim_devices::unit::UnitSettings;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::files::shipped::{self, Folder, SHIPPED, sort};
 use crate::files::unit::load_unit_beside;
+use crate::record::journal::sha256;
 
 mod correlation;
 mod distribution;
 mod draw;
 mod fields;
+mod population;
 #[cfg(test)]
 mod tests;
 mod variable;
 
 pub use draw::DrawnUnit;
 pub use fields::FIELDS;
+pub use population::{LEAST_RANDOMISATIONS, Population, PopulationError};
 
 use correlation::Pair;
-use variable::Variable;
+use variable::{Variable, What};
 
 /// Distributions of the settings of a simulated unit about those of a base.
 #[derive(Clone, Debug)]
@@ -40,6 +44,8 @@ pub struct Family {
     pub title: String,
     /// The file.
     pub source: SourceFile,
+    /// SHA-256 of the file, lower-case hexadecimal.
+    sha256: String,
     /// Base as a drawn unit names it.
     base: String,
     /// Settings of the base: the nominal values.
@@ -56,6 +62,22 @@ struct Coupled {
     places: Vec<usize>,
     /// Couples as many; `None` without correlations.
     copula: Option<GaussianCopula>,
+}
+
+impl Family {
+    /// What the family draws, in one line.
+    pub fn summary(&self) -> String {
+        let factors =
+            self.variables.iter().filter(|variable| matches!(variable.what, What::Curve(_))).count();
+        format!(
+            "family {}: {}, {} of modes, {} correlated; base {}",
+            self.id,
+            counted(self.variables.len() - factors, "setting"),
+            counted(factors, "factor"),
+            self.coupled.places.len(),
+            self.base
+        )
+    }
 }
 
 /// Finds and reads a family by its shipped name or its path.
@@ -75,8 +97,14 @@ pub fn read_family(source: SourceFile) -> Result<Family, Vec<Diagnostic>> {
     let base = Base::of(&source)?;
     let family = read_file(&source, FIELDS, |t| read(t, base))?;
     // What a distribution cannot know, such as switches and settings in whole steps, shows in any unit.
-    family.unit(1, 1).load()?;
-    Ok(family)
+    let impossible = |mistake: Diagnostic| Diagnostic {
+        message: format!("a unit drawn from this family cannot be: {}", mistake.message),
+        ..mistake
+    };
+    match family.unit(1, 1).load() {
+        Ok(_) => Ok(family),
+        Err(mistakes) => Err(mistakes.into_iter().map(impossible).collect()),
+    }
 }
 
 /// The unit that the nominal values come from.
@@ -149,6 +177,7 @@ fn read(t: &mut TableReader<'_>, base: Base) -> Option<Family> {
     Some(Family {
         id: id?,
         title: title?,
+        sha256: sha256(t.source().text.as_bytes()),
         source: t.source().clone(),
         base: base.name,
         nominal: base.settings,

@@ -15,12 +15,14 @@ use crate::site::unit::{Unit, World};
 
 mod chain;
 mod director;
+mod drawn;
 mod state;
 mod structure;
 mod table;
 mod values;
 
 pub use director::{described, fields};
+pub use drawn::{DrawnFrom, DrawnSettings, METHODS, Method, read_drawn};
 pub use state::{in_state, load_state, read_state};
 pub use structure::tables as structure_tables;
 pub use table::{described_axis, described_table, fields as table_fields};
@@ -50,6 +52,7 @@ const HEAD: &[Field] = &[
         "What this defect must trip: the run then ends before a requirement is measured.",
     ),
     Field::optional("reason", Shape::Text, "Physical cause of the defect."),
+    Field::optional("drawn", Shape::Table(drawn::FIELDS), "Where a unit that `bench draw` wrote comes from."),
 ];
 
 /// One parsed file, before its settings are layered over those of its base.
@@ -62,6 +65,7 @@ struct Parsed {
     may_flip: Vec<String>,
     must_trip: Option<String>,
     reason: Option<String>,
+    drawn: Option<DrawnFrom>,
     given: Given,
 }
 
@@ -183,6 +187,7 @@ fn read(t: &mut TableReader<'_>) -> Option<Parsed> {
     let may_flip = t.texts("may-flip");
     let must_trip = t.text("must-trip");
     let reason = t.text("reason");
+    let drawn = t.has("drawn").then(|| t.table("drawn", drawn::read)).flatten();
     let given = match world.as_deref() {
         Some(TABLE) => Given::Table(table::read(t)),
         _ => Given::Director(director::read(t)),
@@ -197,6 +202,7 @@ fn read(t: &mut TableReader<'_>) -> Option<Parsed> {
         may_flip: may_flip.unwrap_or_default(),
         must_trip,
         reason,
+        drawn,
         given,
     })
 }

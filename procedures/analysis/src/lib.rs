@@ -43,6 +43,7 @@ pub mod polarity;
 pub mod positioning;
 pub mod presliding;
 pub mod proportion;
+pub mod quantile;
 pub mod rank;
 pub mod rational;
 pub mod rejection;

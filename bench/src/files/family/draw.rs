@@ -8,10 +8,10 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 use sim_devices::unit::{CURVES, PARAMETERS};
 
-use super::Family;
 use super::variable::{Variable, What};
+use super::{Family, Population};
 use crate::files::settings::quantity_kind;
-use crate::files::unit::read_unit;
+use crate::files::unit::{Method, read_unit};
 use crate::site::unit::Unit;
 
 /// Key of the random stream of unit 0 of every family. Results of the blind test are published for units drawn with it.
@@ -20,7 +20,7 @@ const FIRST_KEY: u64 = 0x00b1_1d00;
 /// The unit file of a drawn unit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DrawnUnit {
-    /// E.g. `production-7-12`: family, seed, number.
+    /// E.g. `production-7-12`: family, seed, number. Of a design, `production-sobol-7-12-of-640`.
     pub id: String,
     /// Text of the unit file.
     pub text: String,
@@ -37,20 +37,37 @@ impl DrawnUnit {
 }
 
 impl Family {
-    /// A unit of independent draws: a pure function of the family, the seed and the number.
+    /// A unit of independent draws: a pure function of the family, the seed and the number, from 1.
     ///
     /// Units of other seeds and numbers have random streams of their own, so a population may grow without a change of the units
     /// that it has.
     pub fn unit(&self, seed: u64, number: u32) -> DrawnUnit {
-        let id = format!("{}-{seed}-{number}", self.id);
-        let title = format!("Unit {number} of {} with seed {seed}", self.id);
-        DrawnUnit { text: self.file(&id, &title, &self.settings(seed, number)), id }
+        let population = Population { method: Method::Independent, seed, units: number, randomisations: 1 };
+        self.file(&population, number, &self.settings(seed, number))
     }
 
-    /// A unit file with these tables of settings.
-    fn file(&self, id: &str, title: &str, settings: &str) -> String {
-        let [id, title, base] = [id, title, &self.base].map(|text| toml::Value::from(text).to_string());
-        format!("schema = 1\nid = {id}\ntitle = {title}\nbase = {base}\n{settings}")
+    /// The unit file of this number of a population with these tables of settings.
+    pub(super) fn file(&self, population: &Population, number: u32, settings: &str) -> DrawnUnit {
+        let Population { method, seed, units, randomisations } = population;
+        let (way, size, size_lines) = match method {
+            Method::Independent => (String::new(), String::new(), String::new()),
+            _ => (
+                format!("-{}", method.name()),
+                format!("-of-{units}"),
+                format!("units = {units}\nrandomisations = {randomisations}\n"),
+            ),
+        };
+        let id = format!("{}{way}-{seed}-{number}{size}", self.id);
+        let title = format!("Unit {number} of {} with seed {seed}", self.id);
+        let [family, base, title, quoted_id] =
+            [&self.id, &self.base, &title, &id].map(|text| toml::Value::from(text.as_str()).to_string());
+        let head = format!("schema = 1\nid = {quoted_id}\ntitle = {title}\nbase = {base}\n");
+        let from = format!(
+            "family = {family}\nfamily-sha256 = \"{}\"\nmethod = \"{}\"\nseed = {seed}\nnumber = {number}\n{size_lines}",
+            self.sha256,
+            method.name()
+        );
+        DrawnUnit { text: format!("{head}\n[drawn]\n{from}{settings}"), id }
     }
 
     /// The tables of settings of a unit of independent draws, as they stand in its file.
@@ -62,7 +79,7 @@ impl Family {
     }
 
     /// The tables of settings of the unit at a point of the unit cube: one share for each variable, in their order.
-    fn settings_at(&self, mut shares: Vec<f64>) -> String {
+    pub(super) fn settings_at(&self, mut shares: Vec<f64>) -> String {
         if let Some(copula) = &self.coupled.copula {
             let independent: Vec<f64> = self.coupled.places.iter().map(|&place| shares[place]).collect();
             let coupled = copula.couple(&independent);

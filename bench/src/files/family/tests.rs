@@ -215,3 +215,5 @@ fn all_mistakes_of_a_family_come_at_once() {
     let found = family(&format!("{tables}{}", setting("el.inertia", ""))).expect_err("mistakes");
     assert_eq!(found.len(), 3, "{found:?}");
 }
+
+mod population;

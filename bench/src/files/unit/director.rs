@@ -31,8 +31,8 @@ pub fn described() -> &'static [Described] {
 /// What one file gives.
 pub(super) struct Given {
     /// Places in [`PARAMETERS`] with their values.
-    values: Vec<(usize, f64)>,
-    curves: Vec<GivenCurve>,
+    pub(super) values: Vec<(usize, f64)>,
+    pub(super) curves: Vec<GivenCurve>,
 }
 
 /// A file of a chain.

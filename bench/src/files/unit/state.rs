@@ -25,6 +25,10 @@ pub fn read_state(source: SourceFile) -> Result<BuildState, Vec<Diagnostic>> {
             format!("a build state is applied to the unit of the run, so it cannot have the base `{base}`");
         return Err(vec![Diagnostic::new(message).at(&source, span.clone()).help("remove `base`")]);
     }
+    if let Some(drawn) = &parsed.drawn {
+        let message = format!("build state `{}` was drawn from the family `{}`", parsed.id, drawn.family);
+        return Err(vec![Diagnostic::new(message).in_file(&source).help("use the file as a unit")]);
+    }
     if parsed.must_trip.is_some() || !parsed.must_flip.is_empty() || !parsed.may_flip.is_empty() {
         let message = format!("build state `{}` is marked as a planted defect", parsed.id);
         let help = "remove `must-flip`, `may-flip` and `must-trip`, or use the file as a unit";

@@ -17,7 +17,7 @@ use crate::files::settings::{in_unit, quantity_kind};
 pub(super) struct GivenCurve {
     /// Which of [`CURVES`].
     pub(super) index: usize,
-    values: Vec<f64>,
+    pub(super) values: Vec<f64>,
     span: Range<usize>,
 }
 
