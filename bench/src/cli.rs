@@ -9,6 +9,7 @@ mod check;
 mod compare;
 mod devices;
 mod explain;
+mod identify;
 mod import;
 mod init;
 mod inspect;
@@ -50,6 +51,8 @@ enum Verb {
     Rejudge(rejudge::Args),
     /// Compare the findings of two runs, or of a run and published values
     Compare(compare::Args),
+    /// Write a simulated unit from what a run found, to rehearse the unit that was tested
+    Identify(identify::Args),
     /// Write the report of a run in another format
     Report(report::Args),
     /// Explain a kind, requirement, measurand, rig, unit or topic
@@ -123,6 +126,7 @@ fn dispatch(verb: Verb) -> u8 {
         Verb::List(args) => list::run(&args),
         Verb::Rejudge(args) => rejudge::run(&args),
         Verb::Compare(args) => compare::run(&args),
+        Verb::Identify(args) => identify::run(&args),
         Verb::Report(args) => report::run(&args),
         Verb::Explain(args) => explain::run(&args),
         Verb::Schema(args) => schema::run(&args),

@@ -39,6 +39,7 @@ pub mod pitch;
 pub mod plateau;
 pub mod polarity;
 pub mod positioning;
+pub mod posterior;
 pub mod presliding;
 pub mod proportion;
 pub mod rational;

@@ -1,0 +1,241 @@
+//! Scalar settings: those that explain all findings best, the base being weak prior knowledge.
+
+use analysis::posterior::{Estimated, Observation, Posterior, Prior};
+use sim_devices::unit::{FieldOfPart, PARAMETERS, Setting, UnitSettings};
+
+use super::relations::Relation;
+use super::shown::Shown;
+use super::{CONTRADICTS_U, Finding, Identified, IdentifiedSetting, Setup, Standing, Value};
+
+mod spread;
+
+/// A setting is measured if the findings leave at most this share of the uncertainty that it had before.
+const MEASURED_RATIO: f64 = 0.5;
+/// A setting that keeps more than this share of it is left as the base has it.
+const UNTOUCHED_RATIO: f64 = 0.999;
+/// A series with a smaller share in a value is not named as its evidence.
+const LEAST_SHARE: f64 = 0.02;
+
+/// A finding that says something of the unit.
+struct Used<'a> {
+    finding: &'a Finding<'a>,
+    relation: &'static Relation,
+    /// Places among the sought settings.
+    sought: Vec<usize>,
+    /// Findings of one measurand by one procedure about one axis.
+    series: usize,
+}
+
+/// The problem: which settings are to explain which findings.
+struct Problem<'a> {
+    used: Vec<Used<'a>>,
+    /// Places in [`PARAMETERS`].
+    sought: Vec<usize>,
+    setup: &'a Setup,
+    base: &'a UnitSettings,
+}
+
+fn setting(place: usize) -> &'static Setting<FieldOfPart<UnitSettings>> {
+    &PARAMETERS[place]
+}
+
+/// Keys of a relation for an axis: `*` is its name in unit files.
+fn keys(relation: &Relation, axis: Option<usize>) -> Option<Vec<String>> {
+    let spelled_out = |key: &&str| match (key.contains('*'), axis) {
+        (true, Some(axis)) => Some(key.replace('*', ["az", "el"][axis])),
+        (true, None) => None,
+        (false, _) => Some((*key).to_owned()),
+    };
+    relation.settings.iter().map(spelled_out).collect()
+}
+
+impl<'a> Problem<'a> {
+    fn new(findings: &'a [Finding<'a>], setup: &'a Setup, base: &'a UnitSettings) -> Self {
+        let mut problem = Self { used: Vec::new(), sought: Vec::new(), setup, base };
+        let mut series: Vec<[&str; 3]> = Vec::new();
+        for finding in findings {
+            let Some(relation) = Relation::of(finding) else { continue };
+            let shown = (relation.shown)(&Shown { finding, unit: base, setup });
+            let Some(keys) = keys(relation, finding.axis).filter(|_| shown.is_some_and(f64::is_finite))
+            else {
+                continue;
+            };
+            let own = [&finding.procedure.id, &finding.measurement.measurand, &finding.measurement.axis];
+            let own = own.map(String::as_str);
+            let known = series.iter().position(|one| *one == own);
+            if known.is_none() {
+                series.push(own);
+            }
+            let sought = keys.iter().map(|key| problem.place(key)).collect();
+            problem.used.push(Used { finding, relation, sought, series: known.unwrap_or(series.len() - 1) });
+        }
+        problem
+    }
+
+    /// Place of a setting among the sought ones; it becomes one of them.
+    fn place(&mut self, key: &str) -> usize {
+        let of_all =
+            PARAMETERS.iter().position(|p| p.key == key).expect("relations name settings that exist");
+        if let Some(place) = self.sought.iter().position(|one| *one == of_all) {
+            return place;
+        }
+        self.sought.push(of_all);
+        self.sought.len() - 1
+    }
+
+    fn priors(&self) -> Vec<Prior> {
+        let prior = |&place: &usize| {
+            let setting = setting(place);
+            let value = setting.get(self.base);
+            Prior { value, u: spread::of(setting, value), range: setting.range_si, is_fixed: false }
+        };
+        self.sought.iter().map(prior).collect()
+    }
+
+    fn observations(&self) -> Vec<Observation> {
+        let observation = |used: &Used<'_>| Observation {
+            value: used.finding.value,
+            u: used.finding.measurement.u,
+            dof: used.finding.dof(),
+            series: used.series,
+            parameters: used.sought.clone(),
+        };
+        self.used.iter().map(observation).collect()
+    }
+
+    /// The base with these values of the sought settings.
+    fn unit(&self, values: &[f64]) -> UnitSettings {
+        let mut unit = self.base.clone();
+        for (place, value) in self.sought.iter().zip(values) {
+            setting(*place).set(&mut unit, *value);
+        }
+        unit
+    }
+
+    fn solve(&self, priors: &[Prior]) -> Posterior {
+        let predicted = |index: usize, values: &[f64]| {
+            let used = &self.used[index];
+            let unit = self.unit(values);
+            let shown = Shown { finding: used.finding, unit: &unit, setup: self.setup };
+            // Settings under which the measurand does not exist do not explain that it was found.
+            (used.relation.shown)(&shown).filter(|shown| shown.is_finite()).unwrap_or(f64::MAX.sqrt())
+        };
+        Posterior::new(priors, &self.observations(), &predicted)
+    }
+
+    /// Delays of the drives come in whole steps of the simulation: one after the other is rounded, and the others take up what it
+    /// was rounded by.
+    fn rounded(&self, mut priors: Vec<Prior>, free: &Posterior) -> Vec<f64> {
+        let steps = spread::IN_STEPS
+            .iter()
+            .filter_map(|key| self.sought.iter().position(|place| setting(*place).key == *key));
+        let mut values: Vec<f64> = free.parameters.iter().map(|one| one.value).collect();
+        for place in steps {
+            let rate_hz = self.base.step_rate_hz;
+            let range = priors[place].range;
+            let value = (values[place] * rate_hz).round() / rate_hz;
+            priors[place] = Prior { value: value.clamp(range[0], range[1]), is_fixed: true, ..priors[place] };
+            values = self.solve(&priors).parameters.iter().map(|one| one.value).collect();
+        }
+        values
+    }
+
+    fn standing(&self, place: usize, estimated: &Estimated) -> Standing {
+        let informs = |used: &&Used<'_>| used.sought.contains(&place);
+        let signed = self.used.iter().filter(informs).any(|used| !used.relation.is_magnitude);
+        if signed && estimated.prior_ratio <= MEASURED_RATIO { Standing::Measured } else { Standing::InPart }
+    }
+
+    fn evidence(&self, estimated: &Estimated) -> Vec<String> {
+        let named = estimated.shares.iter().filter(|(_, share)| *share >= LEAST_SHARE);
+        let text = |&(series, _): &(usize, f64)| {
+            let mut own = self.used.iter().filter(|used| used.series == series);
+            let first = own.next().map(|used| used.finding.evidence())?;
+            Some(match own.count() {
+                0 => first,
+                more => format!("{} x {first}", more + 1),
+            })
+        };
+        named.filter_map(text).collect()
+    }
+
+    /// Findings that the twin does not show.
+    fn contradictions(&self, found: &Posterior) -> Vec<String> {
+        let far =
+            self.used.iter().zip(&found.residuals_u).filter(|(_, residual)| residual.abs() > CONTRADICTS_U);
+        let text = |(used, residual): (&Used<'_>, &f64)| {
+            let m = used.finding.measurement;
+            let [value, shown] =
+                [used.finding.value, used.finding.value - residual * m.u].map(|value| m.kind.format(value));
+            let point = m.point.as_ref().map_or_else(String::new, |point| format!(" at {point}"));
+            format!(
+                "{} {}{point}: {value} found, {shown} explained by the settings, {:.1} u apart",
+                used.finding.evidence(),
+                m.axis,
+                residual.abs()
+            )
+        };
+        far.map(text).collect()
+    }
+}
+
+/// The twin without its curves over elevation.
+pub(super) fn identify(findings: &[Finding<'_>], setup: &Setup, base: &UnitSettings) -> Identified {
+    let problem = Problem::new(findings, setup, base);
+    let priors = problem.priors();
+    let free = problem.solve(&priors);
+    let values = problem.rounded(priors, &free);
+    let mut found = Identified {
+        unit: base.clone(),
+        settings: Vec::new(),
+        curves: Vec::new(),
+        contradictions: problem.contradictions(&free),
+        remarks: Vec::new(),
+    };
+    let mut order: Vec<usize> = (0..problem.sought.len()).collect();
+    order.sort_by_key(|&k| problem.sought[k]);
+    for k in order {
+        let setting = setting(problem.sought[k]);
+        let estimated = &free.parameters[k];
+        if estimated.prior_ratio > UNTOUCHED_RATIO {
+            continue;
+        }
+        let value_si = spread::as_whole(setting.key, values[k]);
+        setting.set(&mut found.unit, value_si);
+        if estimated.is_at_end {
+            let range = setting.range_si.map(|end| super::text::of_setting(setting, end));
+            found.remarks.push(format!(
+                "{}: the findings lie outside of what can be simulated ({} .. {}), the twin gets the nearest value",
+                setting.key, range[0], range[1]
+            ));
+        }
+        let u_si = estimated.spread.u.hypot(spread::by_rounding(setting.key, base.step_rate_hz));
+        let dof = Some(estimated.spread.dof).filter(|dof| dof.is_finite());
+        found.settings.push(IdentifiedSetting {
+            key: setting.key,
+            value: Value { value_si, u_si, dof },
+            standing: problem.standing(k, estimated),
+            evidence: problem.evidence(estimated),
+        });
+    }
+    keep_order(&mut found);
+    found
+}
+
+/// Static friction is never below sliding friction: where only the sliding one was found, the static one gives way.
+fn keep_order(found: &mut Identified) {
+    for (axis, name) in [(0, "az"), (1, "el")] {
+        let own = found.unit.axis(axis);
+        let sliding_nm = own.coulomb_torque_nm;
+        if own.static_torque_nm >= sliding_nm {
+            continue;
+        }
+        let key = format!("{name}.static-torque");
+        let setting = PARAMETERS.iter().find(|p| p.key == key).expect("every axis has a static torque");
+        setting.set(&mut found.unit, sliding_nm);
+        if let Some(own) = found.settings.iter_mut().find(|own| own.key == key) {
+            own.value.value_si = sliding_nm;
+        }
+        found.remarks.push(format!("{key}: raised to {name}.coulomb-torque, below which it cannot be"));
+    }
+}
