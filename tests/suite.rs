@@ -13,6 +13,7 @@ mod documents;
 mod duty;
 mod evidence;
 mod files;
+mod identify;
 mod imports;
 mod inertial;
 mod inputs;

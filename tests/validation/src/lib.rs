@@ -21,3 +21,4 @@ pub mod shipped;
 pub mod signals;
 pub mod spectrum;
 pub mod trips;
+pub mod twins;

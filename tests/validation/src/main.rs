@@ -22,7 +22,7 @@ const fn study(name: &'static str, about: &'static str, run: fn() -> ExitCode) -
 }
 
 #[rustfmt::skip]
-const STUDIES: [Study; 20] = [
+const STUDIES: [Study; 21] = [
     study("blind", "units drawn from declared distributions: findings beside what was drawn", || blind::study().report()),
     study("compare_runs", "rows, events and findings of two runs of one campaign", || compare_runs::study().report()),
     study("current_limits", "every moving procedure on drives that give less than the rig file says", || current_limits::study().report()),
@@ -42,6 +42,7 @@ const STUDIES: [Study; 20] = [
     study("track_margins", "measured coarse track loops beside the model", || track_margins::study().report()),
     study("tracking", "rail and drone tracked by the whole director, mirror against turbulence", || tracking::study().report()),
     study("trips", "random trips compared with the computed stops", || trips::study().report()),
+    study("twins", "drawn units run, identified and run again as their twins", || twins::study().report()),
     study("wired_scatter", "a run over real wires beside the scatter of virtual runs", || wired_scatter::study().report()),
 ];
 
