@@ -36,7 +36,20 @@ fn a_run_of_the_unit_as_measured_gives_its_spring_and_its_delays_to_a_twin_of_no
     assert_eq!(again.code, 0, "{}", again.err);
     let again = std::fs::read_to_string(folder.path().join("again.toml")).expect("a unit file");
     assert_eq!(again.replace("\"again\"", "\"twin\""), text, "the same run gives the same file");
-    let plan = run_in(folder.path(), &["run", "quick", "--select", "EL-FRICTION", "--unit", "./twin.toml", "--out", "r", "--non-interactive"]);
+    let plan = run_in(
+        folder.path(),
+        &[
+            "run",
+            "quick",
+            "--select",
+            "EL-FRICTION",
+            "--unit",
+            "./twin.toml",
+            "--out",
+            "r",
+            "--non-interactive",
+        ],
+    );
     assert!(matches!(plan.code, 0 | 1 | 3), "{}", plan.err);
 }
 
@@ -61,7 +74,19 @@ fn what_no_unit_can_be_made_of_is_refused_in_words() {
 #[test]
 fn a_run_of_a_rotary_table_is_refused() {
     let folder = folder();
-    let run = ["run", "table", "--rig", "table", "--unit", "table", "--select", "TABLE-FRICTION", "--out", "r", "--non-interactive"];
+    let run = [
+        "run",
+        "table",
+        "--rig",
+        "table",
+        "--unit",
+        "table",
+        "--select",
+        "TABLE-FRICTION",
+        "--out",
+        "r",
+        "--non-interactive",
+    ];
     let said = run_in(folder.path(), &run);
     assert!(folder.path().join("r/results.json").exists(), "{}", said.err);
     let said = run_in(folder.path(), &["identify", "r", "--out", "twin.toml"]);
@@ -75,9 +100,17 @@ fn the_settings_of_a_drawn_unit_are_found_again_within_their_uncertainty() {
     let asked = Asked {
         program: env!("CARGO_BIN_EXE_bench").into(),
         campaign: "quick".to_owned(),
-        select: ["AZ-TORQUE-CONSTANT", "AZ-FRICTION", "AZ-BREAKAWAY", "EL-FRICTION", "AZ-LATENCY", "AZ-MODES", "FSM-IMPEDANCE"]
-            .map(str::to_owned)
-            .into(),
+        select: [
+            "AZ-TORQUE-CONSTANT",
+            "AZ-FRICTION",
+            "AZ-BREAKAWAY",
+            "EL-FRICTION",
+            "AZ-LATENCY",
+            "AZ-MODES",
+            "FSM-IMPEDANCE",
+        ]
+        .map(str::to_owned)
+        .into(),
         units: Units::Drawn,
     };
     let folder = folder();

@@ -122,7 +122,9 @@ impl Value {
 pub enum Standing {
     /// They determine it.
     Measured,
-    /// They only say something of it together with other settings, or its magnitude: the base has a say in it.
+    /// They determine its magnitude; its sign is that of the base.
+    Magnitude,
+    /// They only say something of it together with other settings: the base has a say in it.
     InPart,
 }
 

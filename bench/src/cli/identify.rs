@@ -104,7 +104,7 @@ fn about(findings: &Findings, page: &Page) -> Vec<String> {
             findings.campaign.id, page.rig_id, findings.unit, findings.seed
         ),
         "Each value has its expanded uncertainty U (95 %) and the findings that it rests on, by their share. \"In part\": only \
-         determined together with other settings, or in magnitude."
+         determined together with other settings."
             .to_owned(),
     ]
 }

@@ -3,6 +3,8 @@
 //! Between two elevations the scale is interpolated, outside it is that of the nearest. Modes are matched by their rank in frequency
 //! at the elevation.
 
+use std::f64::consts::PI;
+
 use procedures::quantity::QuantityKind;
 use sim_devices::unit::{CURVES, StructureSettings, UnitSettings};
 
@@ -30,7 +32,9 @@ struct Point {
 
 /// Adds what was found of the modes.
 pub(super) fn identify(findings: &[Finding<'_>], base: &UnitSettings, found: &mut Identified) {
-    let mut points: Vec<Point> = findings.iter().filter_map(|finding| point(finding, base)).collect();
+    let viscous = [0, 1].map(|axis| found.unit.axis(axis).viscous_damping_nm_s_per_rad);
+    let mut points: Vec<Point> =
+        findings.iter().filter_map(|finding| point(finding, base, viscous)).collect();
     points
         .sort_by(|a, b| (a.curve, a.elevation_rad).partial_cmp(&(b.curve, b.elevation_rad)).expect("finite"));
     for own in points.chunk_by(|a, b| a.curve == b.curve) {
@@ -60,8 +64,11 @@ fn structure<'a>(unit: &'a UnitSettings, table: &str) -> &'a StructureSettings {
     if table.starts_with("az") { &unit.az_structure } else { &unit.el_structure }
 }
 
-/// What a finding says of a mode that the base has.
-fn point(finding: &Finding<'_>, base: &UnitSettings) -> Option<Point> {
+/// Share of the contribution of friction to damping that is not known: participations are those of the base.
+const UNKNOWN_RATIO: f64 = 0.2;
+
+/// What a finding says of a mode that the base has. `viscous` are the viscous coefficients of both axes, N·m·s/rad.
+fn point(finding: &Finding<'_>, base: &UnitSettings, viscous: [f64; 2]) -> Option<Point> {
     let m = finding.measurement;
     let (rank, part, ratio) = match FREQUENCIES.iter().position(|names| names.contains(&m.measurand.as_str()))
     {
@@ -76,10 +83,18 @@ fn point(finding: &Finding<'_>, base: &UnitSettings) -> Option<Point> {
     let here = |k: &usize| structure.interpolate(&structure.modes[*k].frequency_hz, elevation_rad);
     let mut modes: Vec<usize> = (0..structure.modes.len()).filter(|k| here(k) > 0.0).collect();
     modes.sort_by(|a, b| here(a).total_cmp(&here(b)));
-    let key = format!("mode-{}-{part}", modes.get(rank)? + 1);
+    let mode = *modes.get(rank)?;
+    let key = format!("mode-{}-{part}", mode + 1);
     let curve = CURVES.iter().position(|curve| curve.table == table && curve.key == key)?;
-    let value_si = finding.value_of_frequency() * ratio;
-    let value = Value { value_si, u_si: m.u * ratio, dof: m.dof };
+    // Viscous friction of the sliding axis damps the mode, too: sigma_2 c/(2 omega), c its participation in the shaft.
+    let by_friction = if part == "damping" {
+        let shaft_per_kg_m2 = structure.interpolate(&structure.modes[mode].encoder_per_kg_m2, elevation_rad);
+        viscous[axis] * shaft_per_kg_m2 / (4.0 * PI * here(&mode))
+    } else {
+        0.0
+    };
+    let value_si = finding.value_of_frequency() * ratio - by_friction;
+    let value = Value { value_si, u_si: (m.u * ratio).hypot(UNKNOWN_RATIO * by_friction), dof: m.dof };
     (value_si > 0.0).then(|| Point { curve, elevation_rad, value, evidence: finding.evidence() })
 }
 

@@ -12,8 +12,8 @@ mod spread;
 /// A setting is measured if the findings leave at most this share of the uncertainty that it had before.
 const MEASURED_RATIO: f64 = 0.5;
 /// A setting that keeps more than this share of it is left as the base has it.
-const UNTOUCHED_RATIO: f64 = 0.999;
-/// A series with a smaller share in a value is not named as its evidence.
+const UNTOUCHED_RATIO: f64 = 0.99;
+/// A finding with a smaller share in a value is not named as its evidence.
 const LEAST_SHARE: f64 = 0.02;
 
 /// A finding that says something of the unit.
@@ -24,6 +24,18 @@ struct Used<'a> {
     sought: Vec<usize>,
     /// Findings of one measurand by one procedure about one axis.
     series: usize,
+}
+
+impl Used<'_> {
+    fn observation(&self) -> Observation {
+        Observation {
+            value: self.finding.value,
+            u: self.finding.measurement.u,
+            dof: self.finding.dof(),
+            series: self.series,
+            parameters: self.sought.clone(),
+        }
+    }
 }
 
 /// The problem: which settings are to explain which findings.
@@ -92,17 +104,6 @@ impl<'a> Problem<'a> {
         self.sought.iter().map(prior).collect()
     }
 
-    fn observations(&self) -> Vec<Observation> {
-        let observation = |used: &Used<'_>| Observation {
-            value: used.finding.value,
-            u: used.finding.measurement.u,
-            dof: used.finding.dof(),
-            series: used.series,
-            parameters: used.sought.clone(),
-        };
-        self.used.iter().map(observation).collect()
-    }
-
     /// The base with these values of the sought settings.
     fn unit(&self, values: &[f64]) -> UnitSettings {
         let mut unit = self.base.clone();
@@ -112,51 +113,77 @@ impl<'a> Problem<'a> {
         unit
     }
 
+    /// Solves for the settings that are not fixed, by the findings that depend on one of them.
     fn solve(&self, priors: &[Prior]) -> Posterior {
+        let is_free = |used: &&Used<'_>| used.sought.iter().any(|&k| !priors[k].is_fixed);
+        let used: Vec<&Used<'_>> = self.used.iter().filter(is_free).collect();
+        let observations: Vec<Observation> = used.iter().map(|used| used.observation()).collect();
         let predicted = |index: usize, values: &[f64]| {
-            let used = &self.used[index];
             let unit = self.unit(values);
-            let shown = Shown { finding: used.finding, unit: &unit, setup: self.setup };
+            let shown = Shown { finding: used[index].finding, unit: &unit, setup: self.setup };
             // Settings under which the measurand does not exist do not explain that it was found.
-            (used.relation.shown)(&shown).filter(|shown| shown.is_finite()).unwrap_or(f64::MAX.sqrt())
+            (used[index].relation.shown)(&shown).filter(|shown| shown.is_finite()).unwrap_or(f64::MAX.sqrt())
         };
-        Posterior::new(priors, &self.observations(), &predicted)
+        Posterior::new(priors, &observations, &predicted)
     }
 
-    /// Delays of the drives come in whole steps of the simulation: one after the other is rounded, and the others take up what it
-    /// was rounded by.
-    fn rounded(&self, mut priors: Vec<Prior>, free: &Posterior) -> Vec<f64> {
-        let steps = spread::IN_STEPS
-            .iter()
-            .filter_map(|key| self.sought.iter().position(|place| setting(*place).key == *key));
-        let mut values: Vec<f64> = free.parameters.iter().map(|one| one.value).collect();
-        for place in steps {
+    /// Delays of the drives come in whole steps of the simulation: one after the other is rounded, and the other delays take up
+    /// what it was rounded by.
+    fn rounded(&self, priors: &[Prior], free: &Posterior) -> Vec<f64> {
+        let key = |k: usize| setting(self.sought[k]).key;
+        let found =
+            |k: usize| if self.is_untouched(free, k) { priors[k].value } else { free.parameters[k].value };
+        let mut values: Vec<f64> = (0..priors.len()).map(found).collect();
+        let settled = |k: usize| {
+            let stays = !spread::is_delay(key(k)) || self.is_untouched(free, k);
+            Prior { value: if stays { found(k) } else { priors[k].value }, is_fixed: stays, ..priors[k] }
+        };
+        let mut settled: Vec<Prior> = (0..priors.len()).map(settled).collect();
+        for name in spread::IN_STEPS {
+            let Some(place) = (0..priors.len()).find(|&k| key(k) == name && !settled[k].is_fixed) else {
+                continue;
+            };
             let rate_hz = self.base.step_rate_hz;
-            let range = priors[place].range;
-            let value = (values[place] * rate_hz).round() / rate_hz;
-            priors[place] = Prior { value: value.clamp(range[0], range[1]), is_fixed: true, ..priors[place] };
-            values = self.solve(&priors).parameters.iter().map(|one| one.value).collect();
+            let [least, most] = priors[place].range;
+            let value = ((values[place] * rate_hz).round() / rate_hz).clamp(least, most);
+            settled[place] = Prior { value, is_fixed: true, ..settled[place] };
+            values = self.solve(&settled).parameters.iter().map(|one| one.value).collect();
         }
         values
     }
 
-    fn standing(&self, place: usize, estimated: &Estimated) -> Standing {
-        let informs = |used: &&Used<'_>| used.sought.contains(&place);
-        let signed = self.used.iter().filter(informs).any(|used| !used.relation.is_magnitude);
-        if signed && estimated.prior_ratio <= MEASURED_RATIO { Standing::Measured } else { Standing::InPart }
+    fn is_untouched(&self, free: &Posterior, k: usize) -> bool {
+        free.parameters[k].prior_ratio > UNTOUCHED_RATIO
     }
 
+    /// Findings with a share in a value that counts.
+    fn sharing<'s>(&'s self, estimated: &'s Estimated) -> impl Iterator<Item = &'s Used<'a>> {
+        estimated
+            .shares
+            .iter()
+            .filter(|(_, share)| *share >= LEAST_SHARE)
+            .map(|(index, _)| &self.used[*index])
+    }
+
+    fn standing(&self, estimated: &Estimated) -> Standing {
+        let magnitudes = || self.sharing(estimated).filter(|used| used.relation.is_magnitude);
+        if estimated.prior_ratio > MEASURED_RATIO || magnitudes().any(|used| used.sought.len() > 1) {
+            return Standing::InPart;
+        }
+        if magnitudes().next().is_some() { Standing::Magnitude } else { Standing::Measured }
+    }
+
+    /// Where the findings stand; several that stand in one place are counted.
     fn evidence(&self, estimated: &Estimated) -> Vec<String> {
-        let named = estimated.shares.iter().filter(|(_, share)| *share >= LEAST_SHARE);
-        let text = |&(series, _): &(usize, f64)| {
-            let mut own = self.used.iter().filter(|used| used.series == series);
-            let first = own.next().map(|used| used.finding.evidence())?;
-            Some(match own.count() {
-                0 => first,
-                more => format!("{} x {first}", more + 1),
-            })
-        };
-        named.filter_map(text).collect()
+        let mut places: Vec<(String, usize)> = Vec::new();
+        for place in self.sharing(estimated).map(|used| used.finding.evidence()) {
+            match places.iter_mut().find(|(known, _)| *known == place) {
+                Some((_, count)) => *count += 1,
+                None => places.push((place, 1)),
+            }
+        }
+        let text = |(place, count)| if count == 1 { place } else { format!("{count} x {place}") };
+        places.into_iter().map(text).collect()
     }
 
     /// Findings that the twin does not show.
@@ -184,7 +211,7 @@ pub(super) fn identify(findings: &[Finding<'_>], setup: &Setup, base: &UnitSetti
     let problem = Problem::new(findings, setup, base);
     let priors = problem.priors();
     let free = problem.solve(&priors);
-    let values = problem.rounded(priors, &free);
+    let values = problem.rounded(&priors, &free);
     let mut found = Identified {
         unit: base.clone(),
         settings: Vec::new(),
@@ -197,7 +224,7 @@ pub(super) fn identify(findings: &[Finding<'_>], setup: &Setup, base: &UnitSetti
     for k in order {
         let setting = setting(problem.sought[k]);
         let estimated = &free.parameters[k];
-        if estimated.prior_ratio > UNTOUCHED_RATIO {
+        if problem.is_untouched(&free, k) {
             continue;
         }
         let value_si = spread::as_whole(setting.key, values[k]);
@@ -209,12 +236,12 @@ pub(super) fn identify(findings: &[Finding<'_>], setup: &Setup, base: &UnitSetti
                 setting.key, range[0], range[1]
             ));
         }
-        let u_si = estimated.spread.u.hypot(spread::by_rounding(setting.key, base.step_rate_hz));
+        let u_si = spread::with_rounding(setting.key, estimated.spread.u, base.step_rate_hz);
         let dof = Some(estimated.spread.dof).filter(|dof| dof.is_finite());
         found.settings.push(IdentifiedSetting {
             key: setting.key,
             value: Value { value_si, u_si, dof },
-            standing: problem.standing(k, estimated),
+            standing: problem.standing(estimated),
             evidence: problem.evidence(estimated),
         });
     }

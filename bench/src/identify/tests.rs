@@ -69,7 +69,11 @@ fn identified(measurements: Vec<Measurement>) -> Identified {
 }
 
 fn setting<'a>(found: &'a Identified, key: &str) -> &'a IdentifiedSetting {
-    found.settings.iter().find(|own| own.key == key).unwrap_or_else(|| panic!("no {key}: {:?}", found.settings))
+    found
+        .settings
+        .iter()
+        .find(|own| own.key == key)
+        .unwrap_or_else(|| panic!("no {key}: {:?}", found.settings))
 }
 
 #[test]
@@ -84,7 +88,10 @@ fn every_relation_names_settings_that_exist_and_have_a_spread() {
     }
     let all = ["az", "el"].into_iter().flat_map(|axis| {
         let constant = found("torque-constant", axis, 55.0, 0.1);
-        let order = under(found("cogging-phase", axis, 1.0, 0.1), &[("order", if axis == "az" { 144.0 } else { 108.0 })]);
+        let order = under(
+            found("cogging-phase", axis, 1.0, 0.1),
+            &[("order", if axis == "az" { 144.0 } else { 108.0 })],
+        );
         [constant, order]
     });
     assert!(identified(all.collect()).settings.len() >= 4);
@@ -135,7 +142,8 @@ fn exact_findings_of_another_unit_give_its_settings_back() {
     unit.mirror.coupling_ratio = 0.104;
     unit.trackers.fine.latency_s = 7.3e-3;
     let plain = |measurand: &str, axis: &str| found(measurand, axis, 1e9, 0.0);
-    let friction = [0.035, 0.17, 0.35, 0.7, 1.05].map(|rate| under(plain("friction-torque", "az"), &[("velocity", rate)]));
+    let friction = [0.035, 0.17, 0.35, 0.7, 1.05]
+        .map(|rate| under(plain("friction-torque", "az"), &[("velocity", rate)]));
     let mut asked = vec![
         plain("torque-constant", "az"),
         plain("presliding-damping", "az"),
@@ -206,8 +214,9 @@ fn a_mode_scales_the_curve_of_the_base() {
     let found = identified(vec![mode(0.01, 0.0), mode(0.02, 1.5)]);
     assert_eq!(found.curves.len(), 1);
     let (own, nominal) = (&found.unit.el_structure, &base.el_structure);
-    let changed: Vec<usize> =
-        (0..nominal.modes.len()).filter(|&k| own.modes[k].frequency_hz != nominal.modes[k].frequency_hz).collect();
+    let changed: Vec<usize> = (0..nominal.modes.len())
+        .filter(|&k| own.modes[k].frequency_hz != nominal.modes[k].frequency_hz)
+        .collect();
     assert_eq!(changed.len(), 1, "one curve is scaled: {changed:?}");
     let at = |elevation_rad| own.interpolate(&own.modes[changed[0]].frequency_hz, elevation_rad);
     assert!((at(0.0) - 18.18).abs() < 2e-3, "{}", at(0.0));
@@ -219,7 +228,10 @@ fn the_file_is_read_back_as_the_twin_with_its_marks() {
     let found = identified(vec![
         found("torque-constant", "az", 58.8127, 0.19),
         found("transport-round-trip", "az", 2.449e-3, 0.2e-6),
-        flagged(under(found("mode-2-departure", "el", 0.01, 1e-4), &[("elevation", 0.7)]), "found at 18.180 Hz"),
+        flagged(
+            under(found("mode-2-departure", "el", 0.01, 1e-4), &[("elevation", 0.7)]),
+            "found at 18.180 Hz",
+        ),
         found("spring-stiffness", "az", -3.0, 0.5),
     ]);
     let said = ["From a test.".to_owned()];
@@ -239,5 +251,8 @@ fn the_file_is_read_back_as_the_twin_with_its_marks() {
     assert!(line.ends_with("# ± 0.38 N*m/A: torque-constant of AZ-TEST (AZ-TEST.mcap)"), "{line}");
     assert!(text.contains("# in part, ± "), "{text}");
     assert!(text.contains("az.spring-stiffness: the findings lie outside"), "{text}");
-    assert!(text.lines().any(|line| line.starts_with("# Not measured by this run, as in `nominal`: step-rate,")), "{text}");
+    assert!(
+        text.lines().any(|line| line.starts_with("# Not measured by this run, as in `nominal`: step-rate,")),
+        "{text}"
+    );
 }

@@ -20,12 +20,25 @@ pub(super) fn of_setting(setting: &Setting<FieldOfPart<UnitSettings>>, value_si:
 
 /// An uncertainty of a setting: two digits.
 fn uncertainty(setting: &Setting<FieldOfPart<UnitSettings>>, u_si: f64) -> String {
-    of_setting(setting, two_digits(u_si))
+    two_digits(&of_setting(setting, u_si))
 }
 
-/// Rounded to two significant digits.
-fn two_digits(value: f64) -> f64 {
-    format!("{value:.1e}").parse().unwrap_or(value)
+/// The quantity with two significant digits.
+fn two_digits(quantity: &str) -> String {
+    let (number, unit) = quantity.split_once(' ').map_or((quantity, ""), |(number, unit)| (number, unit));
+    let rounded = number.parse().and_then(|number: f64| format!("{number:.1e}").parse());
+    let number =
+        rounded.map_or_else(|_| number.to_owned(), |rounded: f64| QuantityKind::Count.format(rounded));
+    format!("{number} {unit}").trim_end().to_owned()
+}
+
+/// What is said of a setting that is not simply determined.
+fn word(standing: Standing) -> &'static str {
+    match standing {
+        Standing::Measured => "",
+        Standing::Magnitude => "magnitude",
+        Standing::InPart => "in part",
+    }
 }
 
 /// A value of a curve.
@@ -41,8 +54,8 @@ fn points(found: &IdentifiedCurve) -> String {
     let curve = CURVES.iter().find(|c| c.table == found.table && c.key == found.key);
     let Some(curve) = curve else { return String::new() };
     let point = |(elevation_rad, value): &(f64, super::Value)| {
-        let [value, u] = [value.value_si, two_digits(value.expanded_u_si())].map(|si| of_curve(curve, si));
-        format!("{value} ± {u} at {:.1} deg", elevation_rad.to_degrees())
+        let u = two_digits(&of_curve(curve, value.expanded_u_si()));
+        format!("{} ± {u} at {:.1} deg", of_curve(curve, value.value_si), elevation_rad.to_degrees())
     };
     found.points.iter().map(point).collect::<Vec<_>>().join(", ")
 }
@@ -95,11 +108,9 @@ fn setting_line(file: &mut String, found: &Identified, own: &IdentifiedSetting) 
     let value = of_setting(setting, setting.get(&found.unit));
     let line = format!("{} = \"{value}\"", table_of(own.key).1);
     let u = uncertainty(setting, own.value.expanded_u_si());
-    let standing = match own.standing {
-        Standing::Measured => "",
-        Standing::InPart => "in part, ",
-    };
-    let _ = writeln!(file, "{line:<COMMENT_COLUMN$}# {standing}± {u}: {}", own.evidence.join(", "));
+    let word = word(own.standing);
+    let comma = if word.is_empty() { "" } else { ", " };
+    let _ = writeln!(file, "{line:<COMMENT_COLUMN$}# {word}{comma}± {u}: {}", own.evidence.join(", "));
 }
 
 fn curve_lines(file: &mut String, found: &Identified, own: &IdentifiedCurve) {
@@ -129,13 +140,12 @@ impl Identified {
     pub(crate) fn rows(&self, base: &UnitSettings) -> Vec<Vec<String>> {
         let scalar = |own: &IdentifiedSetting| {
             let setting = PARAMETERS.iter().find(|p| p.key == own.key)?;
-            let standing = if own.standing == Standing::InPart { "in part" } else { "" };
             Some(vec![
                 own.key.to_owned(),
                 of_setting(setting, setting.get(base)),
                 of_setting(setting, setting.get(&self.unit)),
                 uncertainty(setting, own.value.expanded_u_si()),
-                standing.to_owned(),
+                word(own.standing).to_owned(),
                 own.evidence.join(", "),
             ])
         };

@@ -49,9 +49,9 @@ pub struct Estimated {
     pub spread: Component,
     /// Standard uncertainty over that of the prior: 0 where the measurement says everything, 1 where it says nothing.
     pub prior_ratio: f64,
-    /// Whether it is at an end of its range.
+    /// Whether the measured values lie beyond an end of its range.
     pub is_at_end: bool,
-    /// Share of each series that has one in the value, largest first.
+    /// Observations that have a share in the value, largest first.
     pub shares: Vec<(usize, f64)>,
 }
 
@@ -89,7 +89,7 @@ impl Posterior {
         let mut values: Vec<f64> = priors.iter().map(|prior| prior.value).collect();
         let mut model = problem.linearised(&values);
         for _ in 0..ITERATIONS {
-            let step = problem.step(&model, &values);
+            let (step, _) = problem.step(&model, &values);
             let (next, longest) = problem.improved(&model, &values, &step);
             values = next;
             model = problem.linearised(&values);
@@ -150,11 +150,27 @@ impl Problem<'_> {
         )
     }
 
-    /// The Gauss–Newton step, in the uncertainties of the priors.
-    fn step(&self, model: &Linearised, values: &[f64]) -> DVector<f64> {
-        let gradient = model.sensitivity.tr_mul(&model.residuals) - self.beyond_prior(values);
-        let step = inverse_curvature(&model.sensitivity) * gradient;
-        step.map(|one| one.clamp(-LONGEST_STEP, LONGEST_STEP))
+    /// The Gauss–Newton step, in the uncertainties of the priors, and the parameters that it leaves at an end of their range.
+    fn step(&self, model: &Linearised, values: &[f64]) -> (DVector<f64>, Vec<usize>) {
+        let mut sensitivity = model.sensitivity.clone();
+        let mut at_end: Vec<usize> = Vec::new();
+        loop {
+            let mut gradient = sensitivity.tr_mul(&model.residuals) - self.beyond_prior(values);
+            at_end.iter().for_each(|&k| gradient[k] = 0.0);
+            let step = inverse_curvature(&sensitivity) * gradient;
+            let leaves = |&k: &usize| !at_end.contains(&k) && self.leaves_range(k, values[k], step[k]);
+            let Some(leaving) = (0..values.len()).find(leaves) else {
+                return (step.map(|one| one.clamp(-LONGEST_STEP, LONGEST_STEP)), at_end);
+            };
+            at_end.push(leaving);
+            sensitivity.column_mut(leaving).fill(0.0);
+        }
+    }
+
+    /// Whether a parameter is at an end of its range and a step would take it out.
+    fn leaves_range(&self, k: usize, value: f64, step: f64) -> bool {
+        let [least, most] = self.priors[k].range;
+        step < -CONVERGED && value <= least || step > CONVERGED && value >= most
     }
 
     /// The values after the step, or after as much of it as makes the fit better, and the largest change.
@@ -187,18 +203,18 @@ impl Problem<'_> {
     fn posterior(&self, model: &Linearised, values: &[f64]) -> Posterior {
         let inverse = inverse_curvature(&model.sensitivity);
         let gain = &inverse * model.sensitivity.transpose();
+        let (_, at_end) = self.step(model, values);
         let estimated = |k: usize| {
             let prior = &self.priors[k];
             let mut components = self.by_series(k, &gain);
             let by_prior = inverse.row(k).norm();
             components.push(Component::known(by_prior));
             let spread = combine(&components);
-            let margin = 1e-12 * (prior.range[1] - prior.range[0]);
             Estimated {
                 value: values[k],
                 spread: Component { u: spread.u * prior.u, dof: spread.dof },
                 prior_ratio: spread.u,
-                is_at_end: values[k] <= prior.range[0] + margin || values[k] >= prior.range[1] - margin,
+                is_at_end: at_end.contains(&k),
                 shares: self.shares(k, &gain, model),
             }
         };
@@ -225,12 +241,10 @@ impl Problem<'_> {
         (0..self.series()).map(one).collect()
     }
 
-    /// Share of each series in the value of a parameter.
+    /// Share of each observation in the value of a parameter.
     fn shares(&self, k: usize, gain: &DMatrix<f64>, model: &Linearised) -> Vec<(usize, f64)> {
-        let mut shares: Vec<(usize, f64)> = (0..self.series()).map(|series| (series, 0.0)).collect();
-        for (i, observation) in self.observations.iter().enumerate() {
-            shares[observation.series].1 += gain[(k, i)] * model.sensitivity[(i, k)];
-        }
+        let share = |i: usize| (i, gain[(k, i)] * model.sensitivity[(i, k)]);
+        let mut shares: Vec<(usize, f64)> = (0..self.observations.len()).map(share).collect();
         shares.retain(|(_, share)| *share > 0.0);
         shares.sort_by(|a, b| b.1.total_cmp(&a.1));
         shares

@@ -87,14 +87,19 @@ pub const CLEAR_U: f64 = 3.0;
 /// The twin's seed is that of the unit and this.
 const OTHER_SEED: u32 = 100_000;
 
-/// Draws a unit, runs and identifies it, and runs its twin unless only the settings are wanted. All files go into `folder`.
+/// Draws a unit, runs and identifies it, and runs its twin unless only the settings are wanted. All files go into `folder`; a run
+/// that it holds already is not repeated.
 ///
 /// # Panics
 /// Where the program does not start, or leaves no results.
 pub fn twin(asked: &Asked, number: u32, folder: &Path, with_second_run: bool) -> Twin {
-    measured_in(asked, number, folder);
+    if !folder.join("run/results.json").exists() {
+        measured_in(asked, number, folder);
+    }
     let run = findings(&folder.join("run"));
     let found = identified(&run);
+    // Nothing is written over; the file of an earlier call is out of date.
+    let _ = std::fs::remove_file(folder.join("twin.toml"));
     let seen = program(asked, folder, &["identify", "run", "--out", "twin.toml"]);
     assert!(folder.join("twin.toml").exists(), "unit {number}: {seen}");
     let written = settings_of(&folder.join("twin.toml"));
@@ -103,10 +108,13 @@ pub fn twin(asked: &Asked, number: u32, folder: &Path, with_second_run: bool) ->
     twin.said = [found.contradictions, found.remarks].concat();
     if with_second_run {
         let seed = (number + OTHER_SEED).to_string();
-        let mut words = vec!["run", asked.campaign.as_str(), "--unit", "./twin.toml", "--seed", seed.as_str()];
+        let mut words =
+            vec!["run", asked.campaign.as_str(), "--unit", "./twin.toml", "--seed", seed.as_str()];
         words.extend(["--non-interactive", "--jobs", "1", "--out", "again"]);
         words.extend(asked.select.iter().flat_map(|id| ["--select", id.as_str()]));
-        program(asked, folder, &words);
+        if !folder.join("again/results.json").exists() {
+            program(asked, folder, &words);
+        }
         let again = findings(&folder.join("again"));
         twin.verdicts = verdicts(&run, &again);
         twin.curves = curves(&run, &again);
@@ -128,7 +136,8 @@ fn findings(run: &Path) -> Findings {
 }
 
 fn settings_of(file: &Path) -> UnitSettings {
-    let unit = load_unit(file.to_str().expect("a plain path")).unwrap_or_else(|mistakes| panic!("{mistakes:?}"));
+    let unit =
+        load_unit(file.to_str().expect("a plain path")).unwrap_or_else(|mistakes| panic!("{mistakes:?}"));
     unit.director().expect("a director").clone()
 }
 
@@ -140,17 +149,17 @@ fn identified(run: &Findings) -> Identified {
 }
 
 /// Identified settings as the file has them, beside the drawn ones.
-fn settings(found: &Identified, written: &UnitSettings, truth: &UnitSettings) -> Vec<Setting> {
+fn settings(found: &Identified, written: &UnitSettings, drawn: &UnitSettings) -> Vec<Setting> {
     let scalars = found.settings.iter().map(|own| {
         let parameter = PARAMETERS.iter().find(|p| p.key == own.key).expect("a setting");
-        let truth = parameter.get(truth);
+        let truth = parameter.get(drawn);
         let value = parameter.get(written);
         Setting {
             key: own.key.to_owned(),
             value,
             expanded_u: own.value.expanded_u_si(),
-            truth: alike(own.key, truth, value),
-            is_measured: own.standing == Standing::Measured,
+            truth: alike(own.key, truth + by_zero_rad(own.key, written, drawn), value),
+            is_measured: own.standing != Standing::InPart,
         }
     });
     let curves = found.curves.iter().flat_map(|own| {
@@ -163,19 +172,31 @@ fn settings(found: &Identified, written: &UnitSettings, truth: &UnitSettings) ->
             key: format!("{}.{} at {:.0} deg", own.table, own.key, elevation_rad.to_degrees()),
             value: at(written, *elevation_rad),
             expanded_u: value.expanded_u_si(),
-            truth: at(truth, *elevation_rad),
+            truth: at(drawn, *elevation_rad),
             is_measured: true,
         })
     });
     scalars.chain(curves).collect()
 }
 
-/// A phase is the same by whole turns; of the unbalance of azimuth only the magnitude is found.
+/// Cogging is found over the angle that the encoder shows: what another zero of the encoder shifts its phase by.
+fn by_zero_rad(key: &str, written: &UnitSettings, drawn: &UnitSettings) -> f64 {
+    let axis = usize::from(key.starts_with("el."));
+    let line = match key.split_once('.') {
+        Some((_, "cogging-phase")) => 1.0,
+        Some((_, "cogging-second-phase")) => 2.0,
+        _ => return 0.0,
+    };
+    let [drawn, written] = [drawn.axis(axis), written.axis(axis)];
+    line * drawn.cogging_orders_per_rev * (drawn.encoder_zero_rad - written.encoder_zero_rad)
+}
+
+/// A phase is the same by whole turns; of unbalances only the magnitude is found.
 fn alike(key: &str, truth: f64, value: f64) -> f64 {
     use std::f64::consts::TAU;
     match key {
         _ if key.ends_with("-phase") => truth + TAU * ((value - truth) / TAU).round(),
-        "az.unbalance" => truth.abs().copysign(value),
+        "az.unbalance" | "el.unbalance" => truth.abs().copysign(value),
         _ => truth,
     }
 }
@@ -183,7 +204,8 @@ fn alike(key: &str, truth: f64, value: f64) -> f64 {
 /// Verdicts of requirements of which every judged value of the unit is clear of its limit.
 fn verdicts(unit: &Findings, twin: &Findings) -> Vec<Verdict> {
     let verdict = |requirement: &str| {
-        let margins = unit.procedures.iter().flat_map(|p| &p.judgements).filter(|j| j.requirement == requirement);
+        let margins =
+            unit.procedures.iter().flat_map(|p| &p.judgements).filter(|j| j.requirement == requirement);
         let in_u = margins.filter_map(|j| Some(j.margin?.abs() / j.expanded_u.max(f64::MIN_POSITIVE)));
         let margin_in_u = in_u.fold(f64::INFINITY, f64::min);
         let word = |of: &Findings| Some(format!("{:?}", of.outcome(requirement)?.before_coverage));

@@ -52,7 +52,6 @@ const SPREADS: &[(&str, Spread)] = &[
     ("imu.gyro-random-walk", Share(1.0)),
     ("imu.gyro-bias-", Within(2e-5)),
     ("imu.gyro-scale-error-", Within(1e-3)),
-    ("imu.lean-", Within(1e-4)),
     ("imu.misalignment-", Within(3e-4)),
     ("imu.accelerometer-bias-", Within(0.05)),
     ("mirror.bare-damping", Share(1.0)),
@@ -78,12 +77,26 @@ pub(super) fn of(setting: &Setting<FieldOfPart<UnitSettings>>, value_si: f64) ->
 pub(super) const IN_STEPS: [&str; 4] =
     ["az.sensor-delay", "el.sensor-delay", "az.command-delay", "el.command-delay"];
 
-/// What rounding to a step adds: half a step either way.
-pub(super) fn by_rounding(key: &str, step_rate_hz: f64) -> f64 {
-    if IN_STEPS.contains(&key) { 0.5 / step_rate_hz / 3.0_f64.sqrt() } else { 0.0 }
+/// Whether a setting is one of the delays that make sums with those in steps.
+pub(super) fn is_delay(key: &str) -> bool {
+    IN_STEPS.contains(&key) || key == "imu.delay"
+}
+
+/// Settings that are counted.
+fn is_counted(key: &str) -> bool {
+    key.ends_with(".encoder-bits")
+}
+
+/// The uncertainty with that of rounding: half a step either way, none of what is counted.
+pub(super) fn with_rounding(key: &str, u: f64, step_rate_hz: f64) -> f64 {
+    match (IN_STEPS.contains(&key), is_counted(key)) {
+        (true, _) => u.hypot(0.5 / step_rate_hz / 3.0_f64.sqrt()),
+        (_, true) => 0.0,
+        _ => u,
+    }
 }
 
 /// The value, whole where the setting is counted.
 pub(super) fn as_whole(key: &str, value: f64) -> f64 {
-    if key.ends_with(".encoder-bits") { value.round() } else { value }
+    if is_counted(key) { value.round() } else { value }
 }

@@ -15,7 +15,7 @@ fn values_of_one_parameter_are_weighted_by_their_inverse_variances() {
     let one = &found.parameters[0];
     assert!((one.value - 10.6).abs() < 1e-5, "{one:?}");
     assert!((one.spread.u - 0.8_f64.sqrt()).abs() < 1e-6 && one.prior_ratio < 1e-3, "{one:?}");
-    assert_eq!(one.shares.iter().map(|(series, _)| *series).collect::<Vec<_>>(), [0, 1]);
+    assert_eq!(one.shares.iter().map(|(index, _)| *index).collect::<Vec<_>>(), [0, 1]);
     assert!((one.shares[0].1 - 0.8).abs() < 1e-6, "{one:?}");
     assert!((found.residuals_u[1] - 1.2).abs() < 1e-5, "{found:?}");
 }
@@ -57,6 +57,15 @@ fn what_is_not_linear_is_solved_and_what_lies_beyond_a_range_stays_at_its_end() 
     let predicted = |i: usize, x: &[f64]| if i == 0 { x[0] * x[0] } else { x[1] };
     let found = Posterior::new(&[bounded, bounded], &observations, &predicted);
     assert!((found.parameters[0].value - 3.0).abs() < 1e-3 && !found.parameters[0].is_at_end, "{found:?}");
+    assert!(found.parameters[1].value == 0.0 && found.parameters[1].is_at_end, "{found:?}");
+}
+
+#[test]
+fn a_parameter_at_the_end_of_its_range_leaves_the_others_to_explain_the_values() {
+    let observations = [observation(1.0, 1e-3, 0, &[0, 1])];
+    let bounded = Prior { range: [0.0, 1e9], ..prior(0.0, 10.0) };
+    let found = Posterior::new(&[prior(3.0, 1.0), bounded], &observations, &|_, x| x[0] + x[1]);
+    assert!((found.parameters[0].value - 1.0).abs() < 1e-4, "{found:?}");
     assert!(found.parameters[1].value == 0.0 && found.parameters[1].is_at_end, "{found:?}");
 }
 

@@ -30,13 +30,19 @@ struct Call {
 }
 
 fn call(mut words: impl Iterator<Item = String>) -> Result<Call, String> {
-    let asked =
-        Asked { program: PathBuf::new(), campaign: "quick".to_owned(), select: Vec::new(), units: Units::Drawn };
-    let mut call = Call { asked, units: 10, first: 901, keep: None, save: None, load: Vec::new(), once: false };
+    let asked = Asked {
+        program: PathBuf::new(),
+        campaign: "quick".to_owned(),
+        select: Vec::new(),
+        units: Units::Drawn,
+    };
+    let mut call =
+        Call { asked, units: 10, first: 901, keep: None, save: None, load: Vec::new(), once: false };
     while let Some(word) = words.next() {
         let mut next = || words.next().ok_or(format!("a value is missing behind {word}"));
         let number = |text: String| text.parse().map_err(|_| format!("{word} {text}: expected a number"));
-        let path = |text: String| std::path::absolute(&text).map_err(|error| format!("{word} {text}: {error}"));
+        let path =
+            |text: String| std::path::absolute(&text).map_err(|error| format!("{word} {text}: {error}"));
         match word.as_str() {
             "--units" => call.units = number(next()?)?,
             "--first" => call.first = number(next()?)?,
@@ -56,7 +62,9 @@ pub(crate) fn study() -> ExitCode {
     let mut call = match call(crate::arguments()) {
         Ok(call) => call,
         Err(mistake) => {
-            eprintln!("error: {mistake}; the head of tests/validation/src/studies/twins.rs lists all options");
+            eprintln!(
+                "error: {mistake}; the head of tests/validation/src/studies/twins.rs lists all options"
+            );
             return ExitCode::from(2);
         }
     };
@@ -100,12 +108,19 @@ fn report(all: &[Twin]) -> ExitCode {
     println!("\n{} verdicts with a clear margin, {} differ:", verdicts.len(), differ.len());
     for (twin, v) in &differ {
         let [unit, twins] = &v.verdicts;
-        println!("- unit {} {}: {unit}, twin {twins}, margin {:.1} U", twin.number, v.requirement, v.margin_in_u);
+        println!(
+            "- unit {} {}: {unit}, twin {twins}, margin {:.1} U",
+            twin.number, v.requirement, v.margin_in_u
+        );
     }
     let curves: Vec<_> = all.iter().flat_map(|twin| twin.curves.iter().map(move |c| (twin, c))).collect();
     let points: usize = curves.iter().map(|(_, c)| c.points).sum();
     let inside: usize = curves.iter().map(|(_, c)| c.inside).sum();
-    println!("\n{} curves, {points} points, {:.1} % inside; below 90 %:", curves.len(), percent(inside, points));
+    println!(
+        "\n{} curves, {points} points, {:.1} % inside; below 90 %:",
+        curves.len(),
+        percent(inside, points)
+    );
     for (twin, c) in curves.iter().filter(|(_, c)| percent(c.inside, c.points) < LEAST_INSIDE) {
         println!("- unit {} {}: {} of {} points inside", twin.number, c.name, c.inside, c.points);
     }
@@ -124,7 +139,9 @@ fn report_settings(all: &[Twin]) -> f64 {
             keys.push(&setting.key);
         }
     }
-    println!("| setting | n | within U | mean, U | largest, U | |\n| --- | ---: | ---: | ---: | ---: | --- |");
+    println!(
+        "| setting | n | within U | mean, U | largest, U | |\n| --- | ---: | ---: | ---: | ---: | --- |"
+    );
     for key in keys {
         let own: Vec<&Setting> =
             all.iter().flat_map(|twin| &twin.settings).filter(|setting| setting.key == key).collect();
@@ -139,11 +156,20 @@ fn report_settings(all: &[Twin]) -> f64 {
         all.iter().flat_map(|twin| &twin.settings).filter(|setting| setting.is_measured).collect();
     let covered = determined.iter().filter(|setting| setting.is_covered()).count();
     let share = percent(covered, determined.len());
-    println!("\n{} units, {} determined settings, {share:.1} % within U; outside:", all.len(), determined.len());
+    println!(
+        "\n{} units, {} determined settings, {share:.1} % within U; outside:",
+        all.len(),
+        determined.len()
+    );
     for twin in all {
         for s in twin.settings.iter().filter(|s| s.is_measured && !s.is_covered()) {
             let [value, u, truth] = [s.value, s.expanded_u, s.truth];
-            println!("- unit {} {}: {value:.6e} ± {u:.1e}, drawn {truth:.6e}: {:+.1} U", twin.number, s.key, s.error_in_u());
+            println!(
+                "- unit {} {}: {value:.6e} ± {u:.1e}, drawn {truth:.6e}: {:+.1} U",
+                twin.number,
+                s.key,
+                s.error_in_u()
+            );
         }
     }
     share
