@@ -1,7 +1,7 @@
 //! A simulated unit from what a run found: findings in, settings of a unit with their uncertainties out.
 //!
 //! What a unit with given settings would show is a function for each measurand ([`relations`]). The settings are those that explain
-//! all findings best, the base unit being weak prior knowledge ([`analysis::posterior`]): several findings of one setting are
+//! all findings best, the base unit being weak prior knowledge ([`procedures::identification`]): several findings of one setting are
 //! weighted by their inverse variances, a finding of several settings moves all of them, and a setting of which nothing was found
 //! keeps the value of the base. Modes over elevation scale the curves of the base ([`modes`]).
 

@@ -66,12 +66,12 @@ pub(super) const RELATIONS: &[Relation] = &[
     relation("encoder-pitch-error", &["*.encoder-interpolation"], |s| s.above_noise(s.axis()?.encoder_interpolation_rad)),
     relation("lost-motion", &["*.encoder-backlash"], |s| s.above_noise(s.axis()?.encoder_backlash_rad)),
     relation("encoder-slip", &["*.encoder-slip"], |s| s.above_noise(s.axis()?.encoder_slip_ratio)),
-    relation("elevation-zero-error", &["el.encoder-zero", "imu.misalignment-x", "imu.misalignment-y"], inertial::elevation_zero_rad),
+    relation("elevation-zero-error", &["el.encoder-zero", "imu.misalignment-x", "imu.misalignment-y", "imu.lean-zx", "imu.lean-zy"], inertial::elevation_zero_rad),
     // Inertial unit.
     relation("angle-random-walk", &["imu.gyro-random-walk"], |s| Some(s.unit.imu.gyro_random_walk_rad_per_sqrt_s * s.unit.imu.gyro_noise_factor)),
     relation("gyro-bias", &["imu.gyro-bias-x", "imu.gyro-bias-y", "imu.gyro-bias-z"], inertial::gyro_bias_rad_per_s),
     relation("gyro-encoder-delay", &["imu.delay", "*.sensor-delay"], inertial::gyro_encoder_delay_s),
-    relation("gyro-scale-error", &["imu.gyro-scale-error-x", "imu.gyro-scale-error-y", "imu.gyro-scale-error-z"], inertial::gyro_scale_error_ratio),
+    relation("gyro-scale-error", &["imu.gyro-scale-error-x", "imu.gyro-scale-error-y", "imu.gyro-scale-error-z", "imu.lean-yx", "imu.lean-zx", "imu.lean-zy"], inertial::gyro_scale_error_ratio),
     magnitude("gyro-mapping-error", &["imu.misalignment-x", "imu.misalignment-y", "imu.misalignment-z"], inertial::gyro_mapping_error_rad),
     relation("accelerometer-bias", &["imu.accelerometer-bias-x", "imu.accelerometer-bias-y", "imu.accelerometer-bias-z"], inertial::accelerometer_bias_m_per_s2),
     // Mirror and trackers.

@@ -1,6 +1,6 @@
 //! Scalar settings: those that explain all findings best, the base being weak prior knowledge.
 
-use analysis::posterior::{Estimated, Observation, Posterior, Prior};
+use procedures::identification::{Estimated, Observation, Posterior, Prior};
 use sim_devices::unit::{FieldOfPart, PARAMETERS, Setting, UnitSettings};
 
 use super::relations::Relation;

@@ -34,9 +34,10 @@ pub struct Setting {
 }
 
 impl Setting {
-    /// Error in expanded uncertainties.
+    /// Error in expanded uncertainties; 0 for what was counted and is equal.
     pub fn error_in_u(&self) -> f64 {
-        (self.value - self.truth) / self.expanded_u
+        let error = self.value - self.truth;
+        if error == 0.0 { 0.0 } else { error / self.expanded_u }
     }
 
     /// Whether the interval holds the truth.

@@ -52,6 +52,7 @@ const SPREADS: &[(&str, Spread)] = &[
     ("imu.gyro-random-walk", Share(1.0)),
     ("imu.gyro-bias-", Within(2e-5)),
     ("imu.gyro-scale-error-", Within(1e-3)),
+    ("imu.lean-", Within(1e-4)),
     ("imu.misalignment-", Within(3e-4)),
     ("imu.accelerometer-bias-", Within(0.05)),
     ("mirror.bare-damping", Share(1.0)),
