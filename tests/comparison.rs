@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 use crate::bench::{Said, folder, run_in, write};
 
 /// Runs that several tests compare: `nominal`, `other-seed` and `as-measured`.
-fn runs() -> &'static Path {
+pub(crate) fn runs() -> &'static Path {
     static RUNS: OnceLock<PathBuf> = OnceLock::new();
     RUNS.get_or_init(|| {
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("comparison");

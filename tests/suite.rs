@@ -14,6 +14,7 @@ mod duty;
 mod evidence;
 mod families;
 mod files;
+mod identify;
 mod imports;
 mod inertial;
 mod inputs;

@@ -11,6 +11,7 @@ mod devices;
 mod draw;
 mod explain;
 mod host_controller;
+mod identify;
 mod import;
 mod init;
 mod inspect;
@@ -60,6 +61,8 @@ enum Verb {
     Regress(regress::Args),
     /// Join the shards of a comparison of controllers
     Merge(merge::Args),
+    /// Write a simulated unit from what a run found, to rehearse the unit that was tested
+    Identify(identify::Args),
     /// Write the report of a run in another format
     Report(report::Args),
     /// Draw units from a family and write their unit files
@@ -142,6 +145,7 @@ fn dispatch(verb: Verb) -> u8 {
         Verb::Compare(args) => compare::run(&args),
         Verb::Regress(args) => regress::run(&args),
         Verb::Merge(args) => merge::run(&args),
+        Verb::Identify(args) => identify::run(&args),
         Verb::Report(args) => report::run(&args),
         Verb::Draw(args) => draw::run(&args),
         Verb::MonteCarlo(args) => monte_carlo::run(&args),

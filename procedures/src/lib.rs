@@ -16,6 +16,7 @@ pub mod device;
 pub mod diagnostic;
 pub mod drift;
 pub mod excitation;
+pub mod identification;
 pub mod kinds;
 pub mod log;
 pub mod measurement;

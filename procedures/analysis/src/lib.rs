@@ -41,6 +41,7 @@ pub mod pitch;
 pub mod plateau;
 pub mod polarity;
 pub mod positioning;
+pub mod posterior;
 pub mod presliding;
 pub mod proportion;
 pub mod quantile;

@@ -22,3 +22,4 @@ pub mod shipped;
 pub mod signals;
 pub mod spectrum;
 pub mod trips;
+pub mod twins;

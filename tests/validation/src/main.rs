@@ -43,6 +43,7 @@ const STUDIES: [Study; 21] = [
     study("track_margins", "measured coarse track loops beside the model", || track_margins::study().report()),
     study("tracking", "rail and drone tracked by the whole director, mirror against turbulence", || tracking::study().report()),
     study("trips", "random trips compared with the computed stops", || trips::study().report()),
+    study("twins", "drawn units run, identified and run again as their twins", || twins::study().report()),
     study("wired_scatter", "a run over real wires beside the scatter of virtual runs", || wired_scatter::study().report()),
 ];
 

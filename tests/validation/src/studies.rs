@@ -20,4 +20,5 @@ pub(crate) mod signals;
 pub(crate) mod track_margins;
 pub(crate) mod tracking;
 pub(crate) mod trips;
+pub(crate) mod twins;
 pub(crate) mod wired_scatter;
