@@ -22,7 +22,7 @@ const fn study(name: &'static str, about: &'static str, run: fn() -> ExitCode) -
 }
 
 #[rustfmt::skip]
-const STUDIES: [Study; 21] = [
+const STUDIES: [Study; 22] = [
     study("blind", "units drawn from declared distributions: findings beside what was drawn", || blind::study().report()),
     study("compare_runs", "rows, events and findings of two runs of one campaign", || compare_runs::study().report()),
     study("current_limits", "every moving procedure on drives that give less than the rig file says", || current_limits::study().report()),
