@@ -10,8 +10,25 @@ fn every_verb_of_the_help_answers_and_the_readme_names_it() {
     let help = run_in(folder.path(), &["--help"]);
     assert_eq!(help.code, 0);
     for verb in [
-        "run", "check", "plan", "list", "rejudge", "compare", "regress", "merge", "report", "explain",
-        "schema", "devices", "init", "import", "rtcheck", "monitor",
+        "run",
+        "check",
+        "plan",
+        "list",
+        "rejudge",
+        "compare",
+        "regress",
+        "merge",
+        "report",
+        "explain",
+        "schema",
+        "devices",
+        "init",
+        "import",
+        "draw",
+        "monte-carlo",
+        "identify",
+        "rtcheck",
+        "monitor",
     ] {
         assert!(help.out.contains(verb), "{verb} is not in the help");
         assert!(README.contains(verb), "{verb} is not in the README");
