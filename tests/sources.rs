@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 /// Files of these names are written by the bench or stand beside an estimator.
-const NO_PAGES: [&str; 4] = ["comparison.md", "doc.md", "estimator/doc.md", "regression.md"];
+const NO_PAGES: [&str; 5] = ["comparison.md", "doc.md", "estimator/doc.md", "population.md", "regression.md"];
 const DIRECTOR: &str = include_str!("../docs/director.md");
 
 /// Text files of the repository.
