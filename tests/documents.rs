@@ -10,8 +10,22 @@ fn every_verb_of_the_help_answers_and_the_readme_names_it() {
     let help = run_in(folder.path(), &["--help"]);
     assert_eq!(help.code, 0);
     for verb in [
-        "run", "check", "plan", "list", "rejudge", "compare", "report", "explain", "schema", "devices",
-        "init", "import", "rtcheck", "monitor",
+        "run",
+        "check",
+        "plan",
+        "list",
+        "rejudge",
+        "compare",
+        "report",
+        "explain",
+        "schema",
+        "devices",
+        "init",
+        "import",
+        "rtcheck",
+        "monitor",
+        "draw",
+        "monte-carlo",
     ] {
         assert!(help.out.contains(verb), "{verb} is not in the help");
         assert!(README.contains(verb), "{verb} is not in the README");
