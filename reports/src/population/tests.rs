@@ -49,7 +49,7 @@ fn a_population_as_text() {
 fn a_population_as_markdown_and_as_data() {
     let report = report(Draws::Independent);
     let markdown = markdown(&report);
-    assert!(markdown.contains("| VEL-BW | velocity-bandwidth | 40 | 37 | 1 | 93 % ("), "{markdown}");
+    assert!(markdown.contains("| VEL-BW | velocity-bandwidth | 40 | 37 | 1 | 92 % ("), "{markdown}");
     assert!(
         markdown.contains("| VEL-BW | velocity-bandwidth | az.inertia | -1.00, u = 0.00 | < 0.0001 |"),
         "{markdown}"
