@@ -4,6 +4,8 @@
 //! (Clopper and Pearson) and of quantiles (order statistics). Units of a design of several randomisations cover the settings more
 //! evenly; what their results are uncertain by is told from how the randomisations differ. Methods: estimators.md §1.10.
 
+pub use analysis::{copula, design, rank, truncated_normal};
+
 use analysis::proportion::clopper_pearson;
 use analysis::quantile::{quantile, quantile_interval};
 use serde::Serialize;

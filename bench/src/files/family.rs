@@ -7,8 +7,8 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use analysis::copula::GaussianCopula;
 use procedures::diagnostic::{Diagnostic, SourceFile};
+use procedures::population::copula::GaussianCopula;
 use procedures::table::{TableReader, read_file};
 use reports::printable::counted;
 use sim_devices::unit::UnitSettings;

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use analysis::copula::GaussianCopula;
+use procedures::population::copula::GaussianCopula;
 use procedures::table::TableReader;
 
 use super::Coupled;

@@ -1,6 +1,6 @@
 //! How one setting is spread over the units of a family.
 
-use analysis::truncated_normal::TruncatedNormal;
+use procedures::population::truncated_normal::TruncatedNormal;
 use procedures::quantity::QuantityKind;
 use procedures::table::TableReader;
 

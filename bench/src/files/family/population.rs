@@ -1,6 +1,6 @@
 //! Populations: units that are drawn together.
 
-use analysis::design::{DesignError, latin_hypercube, scrambled_sobol};
+use procedures::population::design::{DesignError, latin_hypercube, scrambled_sobol};
 
 use super::{DrawnUnit, Family};
 use crate::files::unit::Method;

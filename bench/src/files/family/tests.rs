@@ -112,7 +112,7 @@ fn correlated_settings_go_together_and_the_others_stay_what_they_were() {
         let directors = units.iter().filter_map(Unit::director);
         let (az, el): (Vec<f64>, Vec<f64>) =
             directors.map(|unit| (unit.az.inertia_kg_m2, unit.el.inertia_kg_m2)).unzip();
-        analysis::rank::spearman(&az, &el).expect("values")
+        procedures::population::rank::spearman(&az, &el).expect("values")
     };
     assert!(ranks(&alone).abs() < 0.15 && (ranks(&coupled) - 0.891).abs() < 0.03);
     let mirror = |family: &Family| family.settings(5, 3).split("[mirror]").nth(1).map(str::to_owned);
