@@ -131,7 +131,8 @@ fn runs_of_drawn_units_give_pass_probabilities_and_quantiles_and_others_are_refu
     let row =
         said.out.lines().find(|line| line.starts_with("FSM-MODE")).unwrap_or_else(|| panic!("{}", said.out));
     assert!(row.contains("100 % (29 % .. 100 %)") && row.ends_with(" %"), "{row}");
-    let markdown = fs::read_to_string(folder.path().join("population/population.md")).expect("a report");
+    let markdown =
+        fs::read_to_string(folder.path().join("population").join("population.md")).expect("a report");
     assert!(markdown.contains("| FSM-MODE |"), "{markdown}");
     let data = run_in(folder.path(), &["monte-carlo", "1", "2", "3", "--json"]);
     let kept = fs::read_to_string(folder.path().join("population/population.json")).expect("a report");
