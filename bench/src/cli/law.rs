@@ -66,7 +66,7 @@ impl LawArgs {
     pub(super) fn read(&self, rig: &Rig) -> Result<Laws, String> {
         let mut laws = Laws::default();
         for asked in &self.law {
-            self.load_one(asked, rig, &mut laws).map_err(|why| format!("--law {}={why}", asked.axis))?;
+            self.load_one(asked, rig, &mut laws).map_err(|why| format!("law {}={why}", asked.axis))?;
         }
         Ok(laws)
     }

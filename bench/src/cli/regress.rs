@@ -86,7 +86,7 @@ struct Over {
     /// Family that units are drawn from: a shipped name or a path
     #[arg(long, value_name = "F", default_value = "production", conflicts_with = "unit")]
     family: String,
-    /// Number of units drawn from the family; with --sequential at most the last look
+    /// Number of units drawn from the family; --sequential draws as many as its looks need
     #[arg(long, value_name = "N", default_value_t = 20, conflicts_with = "unit", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     units: u32,
     /// Seed of the draws

@@ -8,6 +8,7 @@ use reports::regression::Regression;
 use super::{Args, BaselineArm, Prepared, both, decided, finish, kept};
 use crate::cli::output;
 use crate::exit;
+use crate::regression::population::Units;
 use crate::regression::{Asked, Course, Records, store};
 
 /// Compares at each look of the criteria; the last one that was needed decides.
@@ -22,7 +23,8 @@ pub(super) fn compare(args: &Args, prepared: &Prepared, asked: &Asked<'_>, folde
         return Err(exit::USAGE);
     };
     let last = criteria.looks.last().copied().unwrap_or(0);
-    if prepared.units.count() < last {
+    // A family has as many units as are asked for.
+    if matches!(prepared.units, Units::Named(_)) && prepared.units.count() < last {
         output::error(&format!(
             "--sequential looks at up to {last} units, and there are {}; name more, or set `looks` in the criteria file",
             prepared.units.count()
