@@ -99,15 +99,16 @@ enum Verb {
 pub fn main() -> u8 {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
-        Err(error) => return with_output(usage(&error)),
+        Err(error) => return regress::for_bisect(with_output(usage(&error))),
     };
-    with_output(match std::panic::catch_unwind(|| dispatch(cli.verb)) {
+    let code = match std::panic::catch_unwind(|| dispatch(cli.verb)) {
         Ok(code) => code,
         Err(_) => {
             output::note("internal error: a defect in the bench; please report the text above");
             exit::INTERNAL
         }
-    })
+    };
+    regress::for_bisect(with_output(code))
 }
 
 /// Help, or what is wrong with the command line; in colour, unless somebody typed what steers a terminal.

@@ -11,7 +11,7 @@ mod work;
 
 pub use program::this_program;
 pub use replicate::RunFailure;
-pub use work::{Arm, ArmFiles, Asked, Course, Stopped, run_arms};
+pub use work::{Arm, ArmFiles, Asked, Course, Stopped, planned_record, run_arms};
 
 use procedures::regression::ArmRecord;
 

@@ -128,30 +128,32 @@ fn is_same(a: &Reading, b: &Reading) -> bool {
     a.requirement == b.requirement && a.measurand == b.measurand
 }
 
-/// A unit with its reading of one requirement and measurand.
+/// A unit with its reading of one requirement and measurand; one whose run ended before has none, and does not pass.
 #[derive(Clone, Copy)]
 struct Judged<'a> {
     unit: &'a MeasuredUnit,
-    reading: &'a Reading,
+    reading: Option<&'a Reading>,
 }
 
 impl Judged<'_> {
     fn passes(&self) -> bool {
-        matches!(self.reading.verdict, Verdict::Pass | Verdict::ConditionalPass)
+        self.reading.is_some_and(|own| matches!(own.verdict, Verdict::Pass | Verdict::ConditionalPass))
+    }
+
+    fn value_si(&self) -> Option<f64> {
+        self.reading?.value_si
     }
 
     fn is_conclusive(&self) -> bool {
-        self.passes() || matches!(self.reading.verdict, Verdict::Fail | Verdict::ConditionalFail)
+        let fails = |own: &Reading| matches!(own.verdict, Verdict::Fail | Verdict::ConditionalFail);
+        self.passes() || self.reading.is_some_and(fails)
     }
 }
 
 fn row(units: &[MeasuredUnit], draws: Draws, name: &Reading) -> Row {
     let judged: Vec<Judged<'_>> = units
         .iter()
-        .filter_map(|unit| {
-            let reading = unit.readings.iter().find(|reading| is_same(name, reading))?;
-            Some(Judged { unit, reading })
-        })
+        .map(|unit| Judged { unit, reading: unit.readings.iter().find(|reading| is_same(name, reading)) })
         .collect();
     let (sensitivities, settings_tested) = sensitivity::of_values(&judged, draws);
     Row {
@@ -188,7 +190,7 @@ fn pass(judged: &[Judged<'_>], draws: Draws) -> Estimated {
 }
 
 fn values_of(judged: &[Judged<'_>]) -> Vec<f64> {
-    let mut values: Vec<f64> = judged.iter().filter_map(|one| one.reading.value_si).collect();
+    let mut values: Vec<f64> = judged.iter().filter_map(Judged::value_si).collect();
     values.sort_by(f64::total_cmp);
     values
 }

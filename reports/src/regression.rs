@@ -111,20 +111,21 @@ impl Regression {
         all
     }
 
-    /// Runs in which the candidate ended early and the baseline did not.
+    /// Runs in which the candidate ended early, and the baseline later or not at all.
     pub fn candidate_ends(&self) -> impl Iterator<Item = &UnitEnd> {
-        self.ends.iter().filter(|end| end.candidate.is_some() && end.baseline.is_none())
+        self.ends.iter().filter(|end| end.candidate_first)
     }
 
     /// What it comes to, in a sentence without its full stop.
     pub fn headline(&self) -> String {
-        let count =
-            |wanted: fn(&Outcome) -> bool| self.decision.outcomes.iter().filter(|o| wanted(o)).count();
-        let criteria = counted(self.decision.outcomes.len(), "comparison");
+        let all = || self.decision.outcomes.iter();
+        let blocking = || all().filter(|outcome| outcome.criterion.blocking);
+        let count = |wanted: fn(&Outcome) -> bool| blocking().filter(|outcome| wanted(outcome)).count();
+        let criteria = counted(blocking().count(), "blocking comparison");
         let tripped = self.candidate_ends().count();
-        match self.call {
+        let said = match self.call {
             Call::Worse if tripped > 0 => {
-                format!("worse: {} ended early with the candidate alone", counted(tripped, "run"))
+                format!("worse: {} ended early with the candidate", counted(tripped, "run"))
             }
             Call::Worse => format!("worse: {} of {criteria} blocked", count(|o| o.blocks)),
             Call::Inconclusive => format!(
@@ -140,6 +141,12 @@ impl Regression {
             Call::Equivalent => {
                 format!("equivalent: {criteria} inside the margins, {} of them differ", count(|o| o.differs))
             }
+        };
+        let reported_worse =
+            all().filter(|outcome| !outcome.criterion.blocking && outcome.call == Call::Worse).count();
+        match reported_worse {
+            0 => said,
+            _ => format!("{said}; of those that are only reported {reported_worse} worse"),
         }
     }
 }
@@ -147,7 +154,7 @@ impl Regression {
 /// A candidate that ends early where the baseline does not is worse, whatever it measured elsewhere; with nothing measured nothing is
 /// known.
 fn call(decision: &Decision, ends: &[UnitEnd]) -> Call {
-    if ends.iter().any(|end| end.candidate.is_some() && end.baseline.is_none()) {
+    if ends.iter().any(|end| end.candidate_first) {
         Call::Worse
     } else if decision.outcomes.is_empty() {
         Call::Inconclusive

@@ -13,6 +13,7 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use crate::clock;
 use crate::cycle::laws::READY;
 use crate::exit;
+use crate::realtime::privileges;
 
 /// So often it looks whether the process that runs the axes still lives.
 const LOOKED_AT_EVERY: Duration = Duration::from_millis(500);
@@ -31,6 +32,8 @@ pub(super) fn run(args: &Args) -> u8 {
         let mut output = std::io::stdout();
         writeln!(output, "{word}").and_then(|()| output.flush())
     };
+    // The code of others gets none of the rights that the program may have been given.
+    privileges::give_up();
     clock::give_way_a_little();
     let made = make(&args.file, &args.sha256);
     match (ready(&made), made) {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicU16;
 
 use procedures::diagnostic::Diagnostic;
-use procedures::regression::{ArmRecord, Baseline, Criteria, Look, Shard, propose};
+use procedures::regression::{ArmRecord, Baseline, Criteria, Look, Shard, pair, propose};
 use reports::regression::Regression;
 
 use super::law::{AskedLaw, LawArgs, asked_law};
@@ -19,7 +19,7 @@ use crate::people::signals;
 use crate::plan::{self, CampaignPlan, Wanted};
 use crate::record::durable;
 use crate::regression::population::Units;
-use crate::regression::{Arm, ArmFiles, Asked, Course, Records, run_arms, store};
+use crate::regression::{Arm, ArmFiles, Asked, Course, Records, planned_record, run_arms, store};
 
 mod sequential;
 
@@ -53,7 +53,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "F")]
     criteria: Option<String>,
     /// Write a criteria file with margins from the baseline's distances to its limits, and compare nothing
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["candidate", "criteria", "out", "shard", "sequential"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["candidate", "candidate_state", "candidate_law", "criteria", "out", "shard", "sequential", "bisect", "keep", "json"])]
     propose: Option<PathBuf>,
     #[command(flatten)]
     over: Over,
@@ -61,7 +61,7 @@ pub(super) struct Args {
     #[arg(long, conflicts_with = "shard")]
     sequential: bool,
     /// Exit codes for `git bisect run`: 0 good, 1 worse, 125 not decided or not run
-    #[arg(long)]
+    #[arg(long, conflicts_with = "shard")]
     bisect: bool,
     /// Folder for the comparison; `regressions/<next number>` if not given
     #[arg(long, value_name = "DIR")]
@@ -123,24 +123,25 @@ fn shard(text: &str) -> Result<Shard, String> {
 /// Exit code of `git bisect run` for a commit that cannot be told.
 const CANNOT_TELL: u8 = 125;
 
-pub(super) fn run(args: &Args) -> u8 {
-    let stop = match signals::listen(output::note) {
-        Ok(stop) => stop,
-        Err(error) => {
-            output::error(&format!("signals cannot be taken: {error}"));
-            return code(args, exit::BENCH);
-        }
-    };
-    let found = regress(args, stop).unwrap_or_else(|code| code);
-    code(args, found)
-}
-
-/// The exit code in the words of `git bisect`, where that is asked for.
-fn code(args: &Args, found: u8) -> u8 {
+/// The exit code of the program in the words of `git bisect`, where its command line asks for them: every other code below 128, of
+/// a mistake or of an internal error, would be a bad commit there.
+pub(super) fn for_bisect(found: u8) -> u8 {
+    let mut arguments = std::env::args_os().skip(1);
+    let asks = arguments.next().is_some_and(|verb| verb == "regress") && arguments.any(|a| a == "--bisect");
     match found {
         exit::PASS | exit::FAIL | 128.. => found,
-        _ if args.bisect => CANNOT_TELL,
+        _ if asks => CANNOT_TELL,
         _ => found,
+    }
+}
+
+pub(super) fn run(args: &Args) -> u8 {
+    match signals::listen(output::note) {
+        Ok(stop) => regress(args, stop).unwrap_or_else(|code| code),
+        Err(error) => {
+            output::error(&format!("signals cannot be taken: {error}"));
+            exit::BENCH
+        }
     }
 }
 
@@ -183,7 +184,19 @@ fn prepare(args: &Args) -> Result<Prepared, Vec<Diagnostic>> {
         None => Some(Criteria::parse(&criteria_file(args, &plan)?, &plan.requirements)?),
     };
     let units = units(&args.over)?;
+    if let Some(criteria) = &criteria {
+        check_criteria(criteria, &plan)?;
+    }
+    check_shard(args.over.shard, &units)?;
     let baseline = if args.baseline.ends_with(".json") {
+        if !args.baseline_state.is_empty() || !args.baseline_law.is_empty() {
+            let message = format!(
+                "{}: a stored baseline is not run again: states and laws of it have no effect",
+                args.baseline
+            );
+            let help = "leave out `--baseline-state` and `--baseline-law`, or give the baseline's parameters";
+            return Err(vec![Diagnostic::new(message).help(help)]);
+        }
         let record =
             store::read_arm(Path::new(&args.baseline)).map_err(|text| vec![Diagnostic::new(text)])?;
         BaselineArm::Stored(Box::new(record))
@@ -200,6 +213,31 @@ fn prepare(args: &Args) -> Result<Prepared, Vec<Diagnostic>> {
         None => None,
     };
     Ok(Prepared { candidate, rig, plan, units, criteria, baseline })
+}
+
+/// Every criterion is measured by a procedure of the campaign.
+fn check_criteria(criteria: &Criteria, plan: &CampaignPlan) -> Result<(), Vec<Diagnostic>> {
+    let is_measured =
+        |measurand: &str| plan.procedures.iter().any(|p| p.procedure.yields.contains(&measurand));
+    let unmeasured = criteria.all.iter().filter(|criterion| !is_measured(&criterion.measurand));
+    let told = |criterion: &procedures::regression::Criterion| {
+        let message =
+            format!("criterion {}: no procedure of campaign `{}` measures it", criterion.name(), plan.id);
+        Diagnostic::new(message).help("add a procedure to the campaign, or remove the criterion")
+    };
+    let mistakes: Vec<Diagnostic> = unmeasured.map(told).collect();
+    if mistakes.is_empty() { Ok(()) } else { Err(mistakes) }
+}
+
+/// No shard is empty.
+fn check_shard(shard: Option<Shard>, units: &Units) -> Result<(), Vec<Diagnostic>> {
+    match shard {
+        Some(Shard { parts, .. }) if parts > units.count() => {
+            let message = format!("--shard: {parts} parts of {} units; some would be empty", units.count());
+            Err(vec![Diagnostic::new(message).help("ask for at most as many parts as there are units")])
+        }
+        _ => Ok(()),
+    }
 }
 
 /// External laws of an arm, loaded and checked.
@@ -305,13 +343,15 @@ fn compare(args: &Args, prepared: &Prepared, stop: Arc<AtomicU16>) -> Result<u8,
     let (Some(criteria), Some(candidate)) = (&prepared.criteria, &prepared.candidate) else {
         return Err(exit::USAGE);
     };
+    let course = Course { from: 1, to: prepared.units.count() };
+    let probe = asked(args, prepared, PathBuf::new(), Arc::clone(&stop));
+    check_stored(&probe, prepared, candidate, course)?;
     let folder = out_folder(args.out.as_deref())?;
     signals::begin(&stop)?;
-    let asked = asked(args, prepared, folder.join("runs"), stop);
+    let asked = Asked { folder: folder.join("runs"), ..probe };
     if args.sequential {
         return sequential::compare(args, prepared, &asked, &folder);
     }
-    let course = Course { from: 1, to: prepared.units.count() };
     let found = both(&asked, &prepared.baseline, candidate, course)?;
     if !args.keep {
         let _ = std::fs::remove_dir(&asked.folder);
@@ -329,12 +369,35 @@ fn compare(args: &Args, prepared: &Prepared, stop: Arc<AtomicU16>) -> Result<u8,
     finish(&folder, &regression, args.json)
 }
 
+/// A stored baseline was run through the same as the candidate will be: told before anything runs.
+fn check_stored(asked: &Asked<'_>, prepared: &Prepared, candidate: &Arm, course: Course) -> Result<(), u8> {
+    let (BaselineArm::Stored(stored), Some(criteria)) = (&prepared.baseline, &prepared.criteria) else {
+        return Ok(());
+    };
+    let whole = |record: ArmRecord| ArmRecord { shard: Shard::WHOLE, replicates: Vec::new(), ..record };
+    let planned = planned_record(asked, candidate, course).map_err(|stopped| {
+        output::error(&stopped.to_string());
+        stopped.exit_code()
+    })?;
+    match pair(criteria, &whole((**stored).clone()), &whole(planned)) {
+        Ok(_) => Ok(()),
+        Err(errors) => {
+            let found: Vec<Diagnostic> =
+                errors.iter().map(|error| Diagnostic::new(error.to_string())).collect();
+            Err(output::mistakes(&found))
+        }
+    }
+}
+
 /// Records of both arms on the units of a course.
 fn both(asked: &Asked<'_>, baseline: &BaselineArm, candidate: &Arm, course: Course) -> Result<Records, u8> {
     match baseline {
         BaselineArm::Stored(stored) => {
             let candidate = records(asked, std::slice::from_ref(candidate), course)?.remove(0);
-            Ok(Records { baseline: (**stored).clone(), candidate })
+            // A shard of the stored record: merged, they are the record again.
+            let mut baseline = ArmRecord { shard: asked.shard, ..(**stored).clone() };
+            baseline.replicates.retain(|replicate| asked.shard.holds(replicate.unit));
+            Ok(Records { baseline, candidate })
         }
         BaselineArm::ToRun(arm) => {
             let mut found = records(asked, &[(**arm).clone(), candidate.clone()], course)?;

@@ -54,6 +54,8 @@ pub struct AxisLoop {
     setpoint: Setpoint,
     following_reference: bool,
     sent_nm: f64,
+    /// What a test added to that torque.
+    sent_added_nm: f64,
     limits: MotionLimits,
     inertia_kg_m2: f64,
     cycle_s: f64,
@@ -109,6 +111,7 @@ impl AxisLoop {
             setpoint: Setpoint::default(),
             following_reference: true,
             sent_nm: 0.0,
+            sent_added_nm: 0.0,
             limits: motion,
             inertia_kg_m2: limits.inertia_kg_m2,
             cycle_s,
@@ -250,6 +253,7 @@ impl AxisLoop {
     /// Ends an excitation and subtracts its torque from `sent_nm`: the next bumpless transfer must not take it over.
     fn quiet(&mut self) {
         self.sent_nm -= self.added[1];
+        self.sent_added_nm = 0.0;
         self.added = [0.0; 2];
     }
 
@@ -386,7 +390,7 @@ impl AxisLoop {
         for _ in 0..self.passed[1].max(1) {
             torque_nm = match (&mut self.detuned, wanted) {
                 (Some(detuned), Some(_)) => detuned.update(command, rate_rad_per_s, feed_forward_nm),
-                _ => self.velocity.update(&input),
+                _ => self.velocity.update(&input, self.sent_nm - self.sent_added_nm),
             };
         }
         let torque_nm = torque_nm + added_nm;
@@ -401,6 +405,7 @@ impl AxisLoop {
     /// Records the torque that really went out, N·m, for a bumpless change of mode.
     pub fn sent(&mut self, torque_nm: f64) {
         self.sent_nm = torque_nm;
+        self.sent_added_nm = self.added[1];
     }
 
     /// Torque that went out last.

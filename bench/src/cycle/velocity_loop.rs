@@ -155,16 +155,17 @@ impl VelocityLoop {
         }
     }
 
-    /// One step; returns the torque. If the external law fails in it, the built-in law makes this torque and all later ones.
-    pub(super) fn update(&mut self, input: &LawInput) -> f64 {
-        let LawInput { reference_rad_per_s, rate_rad_per_s, feed_forward_nm, sent_nm, .. } = *input;
+    /// One step; returns the torque. If the external law fails in it, the built-in law makes this torque and all later ones. It goes
+    /// on from `own_nm`, the torque of the last tick without what a test added to it: nothing of an excitation may stay in a stop.
+    pub(super) fn update(&mut self, input: &LawInput, own_nm: f64) -> f64 {
+        let LawInput { reference_rad_per_s, rate_rad_per_s, feed_forward_nm, .. } = *input;
         if let Some(external) = self.external.as_mut().filter(|external| external.in_use) {
             match external.step(input) {
                 Ok(torque_nm) => return torque_nm,
                 Err(fault) => {
                     external.in_use = false;
                     self.fault = Some(fault);
-                    self.built_in.take_over(sent_nm, reference_rad_per_s, rate_rad_per_s, feed_forward_nm);
+                    self.built_in.take_over(own_nm, reference_rad_per_s, rate_rad_per_s, feed_forward_nm);
                 }
             }
         }

@@ -30,15 +30,16 @@ impl Units {
     /// # Errors
     /// All mistakes of their files; a unit that is named twice counts as one.
     pub fn named(names: &[String]) -> Result<Self, Vec<Diagnostic>> {
-        let mut members = Vec::new();
+        let mut members: Vec<Unit> = Vec::new();
         let mut mistakes = Vec::new();
-        for (index, name) in names.iter().enumerate() {
-            if names[..index].contains(name) {
-                let message = format!("unit `{name}` is named twice; a unit is one replicate, name it once");
-                mistakes.push(Diagnostic::new(message));
-                continue;
-            }
+        for name in names {
             match load_unit(name) {
+                // Whatever the files are called: one unit is one replicate.
+                Ok(unit) if members.iter().any(|other| other.world == unit.world) => {
+                    let message =
+                        format!("unit `{name}` is named twice, or equals another one; name each unit once");
+                    mistakes.push(Diagnostic::new(message));
+                }
                 Ok(unit) => members.push(unit),
                 Err(found) => mistakes.extend(found),
             }
@@ -80,6 +81,19 @@ impl Units {
         }
     }
 
+    /// Digest of the unit of a number. Of a drawn one it does not depend on where the family and its base lie.
+    pub fn digest(&self, number: u32, unit: &Unit) -> String {
+        match self {
+            Self::Named(_) => digest(unit),
+            Self::Drawn { family, seed, .. } => {
+                let bases = unit.sources.iter().skip(1).map(|source| source.text.as_str());
+                let own = [family.source.text.clone(), family.settings(*seed, number)];
+                let texts: Vec<&str> = own.iter().map(String::as_str).chain(bases).collect();
+                sha256(texts.join("\0").as_bytes())
+            }
+        }
+    }
+
     /// What records say of the first `units` of them.
     pub fn described(&self, units: u32) -> Population {
         match self {
@@ -98,7 +112,7 @@ impl Units {
 }
 
 /// Digest of all files of a unit.
-pub(super) fn digest(unit: &Unit) -> String {
+fn digest(unit: &Unit) -> String {
     let texts: Vec<&str> = unit.sources.iter().map(|source| source.text.as_str()).collect();
     sha256(texts.join("\0").as_bytes())
 }

@@ -9,7 +9,6 @@ use procedures::regression::{End, Replicate, ReplicateValue};
 use procedures::verdict::{Judgement, Verdict};
 use reports::record::{Findings, Status};
 
-use super::population;
 use super::work::Arm;
 use crate::campaign::{self, ProcedureRun, RunResult, Setup};
 use crate::exit;
@@ -45,6 +44,8 @@ pub(super) struct Job<'a> {
     pub(super) arm: &'a Arm,
     pub(super) unit: &'a Unit,
     pub(super) number: u32,
+    /// Digest of the unit.
+    pub(super) unit_sha256: String,
     pub(super) seed: u64,
     /// Run folder, not existing.
     pub(super) folder: &'a Path,
@@ -122,7 +123,7 @@ impl Job<'_> {
         Ok(Replicate {
             unit: self.number,
             unit_id: self.unit.id.clone(),
-            unit_sha256: population::digest(self.unit),
+            unit_sha256: self.unit_sha256.clone(),
             seed: self.seed,
             end,
             values: values(&findings),
@@ -131,18 +132,22 @@ impl Job<'_> {
 
     /// How the run ended. An axis that met an end stop did so by its controller; a disk that is full is nobody's fault.
     fn end(&self, result: &RunResult) -> Result<End, RunFailure> {
-        if let Some(why) = result.must_look.first() {
-            return Ok(End::Aborted { why: why.clone() });
+        let named = || self.plan.procedures.iter().zip(&result.runs);
+        let is_ours =
+            |run: &ProcedureRun| matches!(run.exit_code, exit::BENCH | exit::INTERNAL | exit::REFUSED);
+        if let Some((planned, run)) = named().find(|(_, run)| is_ours(run)) {
+            return Err(self.failure(why(&planned.procedure.id, run), run.exit_code));
         }
-        let mut named = self.plan.procedures.iter().zip(&result.runs);
-        let Some((planned, run)) = named.find(|(_, run)| run.status != Status::Completed) else {
-            return Ok(End::Completed);
-        };
-        let why = why(&planned.procedure.id, run);
-        match run.exit_code {
-            code @ (exit::BENCH | exit::INTERNAL | exit::REFUSED) => Err(self.failure(why, code)),
-            _ => Ok(End::Aborted { why }),
-        }
+        let early = named().enumerate().find(|(_, (_, run))| run.status != Status::Completed);
+        let procedure = early.map_or(0, |(place, _)| place);
+        let met = result.must_look.first().cloned();
+        Ok(match (met, early) {
+            (Some(why), _) => End::Aborted { procedure, why },
+            (None, Some((_, (planned, run)))) => {
+                End::Aborted { procedure, why: why(&planned.procedure.id, run) }
+            }
+            (None, None) => End::Completed,
+        })
     }
 }
 
@@ -186,7 +191,10 @@ fn value(judgement: &Judgement, found: &Measurement, place: String) -> Replicate
         requirement: judgement.requirement.clone(),
         measurand: found.measurand.clone(),
         place,
-        value: found.value.filter(|value| value.is_finite()),
+        // What is inconclusive or in doubt may be a good number by accident: it counts as none.
+        value: found
+            .value
+            .filter(|value| value.is_finite() && found.inconclusive.is_none() && found.doubt.is_none()),
         u: if found.u.is_finite() { found.u } else { 0.0 },
         passes,
     }

@@ -86,7 +86,7 @@ pub fn read_any_arm(path: &Path) -> Result<ArmRecord, String> {
     let record: ArmRecord = serde_json::from_value(value)
         .map_err(|error| format!("{}: not a record of an arm: {error}", path.display()))?;
     let Shard { number, parts } = record.shard;
-    if number == 0 || number > parts {
+    if number == 0 || number > parts || parts > record.scenario.population.units.max(1) {
         return Err(format!("{}: shard {number} of {parts} does not exist", path.display()));
     }
     Ok(record)

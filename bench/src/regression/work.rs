@@ -168,6 +168,16 @@ fn planned<'a>(asked: &Asked<'_>, arms: &'a [Arm], course: Course) -> Vec<Planne
     all
 }
 
+/// Record of an arm before its first run: what a stored record must agree with.
+///
+/// # Errors
+/// When the program's own file cannot be read.
+pub fn planned_record(asked: &Asked<'_>, arm: &Arm, course: Course) -> Result<ArmRecord, Stopped> {
+    let program =
+        super::this_program().map_err(|error| Stopped::Io(format!("the program's own file: {error}")))?;
+    Ok(empty(asked, arm, &program, course))
+}
+
 fn empty(asked: &Asked<'_>, arm: &Arm, program: &Program, course: Course) -> ArmRecord {
     ArmRecord {
         schema: ARM_SCHEMA.to_owned(),
@@ -183,6 +193,7 @@ fn empty(asked: &Asked<'_>, arm: &Arm, program: &Program, course: Course) -> Arm
             seeds_per_unit: asked.seeds_per_unit,
         },
         shard: asked.shard,
+        look: None,
         replicates: Vec::new(),
     }
 }
@@ -257,6 +268,7 @@ fn make(asked: &Asked<'_>, planned: &Planned<'_>) -> Result<Replicate, RunFailur
         arm,
         unit: &unit,
         number,
+        unit_sha256: asked.units.digest(number, &unit),
         seed,
         folder: &folder,
         stop: &asked.stop,

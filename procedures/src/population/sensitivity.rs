@@ -27,8 +27,7 @@ pub struct Sensitivity {
 
 /// The settings that values depend on beyond chance, the strongest first, and how many were looked at.
 pub(super) fn of_values(judged: &[Judged<'_>], draws: Draws) -> (Vec<Sensitivity>, usize) {
-    let with_value: Vec<Judged<'_>> =
-        judged.iter().copied().filter(|one| one.reading.value_si.is_some()).collect();
+    let with_value: Vec<Judged<'_>> = judged.iter().copied().filter(|one| one.value_si().is_some()).collect();
     let Some(first) = with_value.first().filter(|_| with_value.len() >= LEAST_UNITS) else {
         return (Vec::new(), 0);
     };
@@ -68,6 +67,6 @@ fn correlation(judged: &[Judged<'_>], key: &str) -> Option<f64> {
     let setting =
         |one: &Judged<'_>| one.unit.settings_si.iter().find(|(name, _)| name == key).map(|(_, si)| *si);
     let settings: Option<Vec<f64>> = judged.iter().map(setting).collect();
-    let values: Vec<f64> = judged.iter().filter_map(|one| one.reading.value_si).collect();
+    let values: Vec<f64> = judged.iter().filter_map(Judged::value_si).collect();
     spearman(&settings?, &values)
 }

@@ -18,6 +18,9 @@ pub struct ArmRecord {
     pub scenario: Scenario,
     /// Which part of the units this is.
     pub shard: Shard,
+    /// Number of the look of a sequential comparison; `None` for one with a number of units that was fixed beforehand.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub look: Option<usize>,
     /// By unit, then by seed.
     pub replicates: Vec<Replicate>,
 }
@@ -112,6 +115,8 @@ pub enum End {
     Completed,
     /// A procedure tripped, failed or was not run.
     Aborted {
+        /// Place of the first one in the campaign, from 0.
+        procedure: usize,
         /// The first one and its reason.
         why: String,
     },

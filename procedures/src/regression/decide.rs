@@ -104,7 +104,13 @@ fn outcome(criterion: &Criterion, samples: &[Sample], level: f64) -> Outcome {
         Ok(mean) => called(bare, &mean, level, is_identical(criterion, &units)),
         Err(_) => Outcome { why: Some(Undecided::FewUnits { units: means.len() }), ..bare },
     };
+    let paired = samples.len() - outcome.left_out;
     match candidate_without(samples) {
+        // The few that are left may be the good ones.
+        0 if outcome.call != Call::Worse && 2 * outcome.left_out > samples.len() && paired > 1 => {
+            let why = Some(Undecided::MostLeftOut { units: paired, of: samples.len() });
+            Outcome { call: Call::Inconclusive, why, units_needed: None, ..outcome }
+        }
         0 => outcome,
         // Units that were left out may be the worst ones: nothing but a shift that is worse without them is known.
         _ if outcome.call == Call::Worse => outcome,

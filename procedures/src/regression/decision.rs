@@ -49,6 +49,14 @@ pub enum Undecided {
         /// Units, with any seed.
         units: usize,
     },
+    /// Most units have no value in both arms.
+    #[error("only {units} of {of} samples have values of both arms")]
+    MostLeftOut {
+        /// Samples with values of both arms.
+        units: usize,
+        /// All samples.
+        of: usize,
+    },
     /// The interval holds zero and crosses a margin.
     #[error("the interval of the mean shift is too wide")]
     Wide,

@@ -56,6 +56,12 @@ pub enum MergeError {
         /// How many there are.
         parts: u32,
     },
+    /// Records of a sequential comparison, whose intervals are made for its looks.
+    #[error("{name}: comes from a sequential comparison, which is decided already; merge shards only")]
+    Sequential {
+        /// Folder.
+        name: String,
+    },
     /// Shards that are not there.
     #[error(
         "shards {missing} of {parts} are missing; run each again alone, e.g. `bench regress … --shard {first}/{parts}`"
@@ -98,11 +104,9 @@ pub fn merge(shards: &[ShardFile], tolerant: bool) -> Result<ArmRecord, Vec<Merg
             errors.push(MergeError::Twice { first, other, number, parts });
         }
     }
-    let missing: Vec<u32> = (1..=parts).filter(|number| !by_number.contains_key(number)).collect();
-    if let Some(&first) = missing.first() {
-        let missing: Vec<String> = missing.iter().map(u32::to_string).collect();
-        errors.push(MergeError::Missing { missing: missing.join(", "), first, parts });
-    }
+    let sequential = shards.iter().filter(|shard| shard.record.look.is_some());
+    errors.extend(sequential.map(|shard| MergeError::Sequential { name: shard.name.clone() }));
+    errors.extend(missing(&by_number, parts));
     errors.extend(shards.iter().filter_map(incomplete));
     if !errors.is_empty() {
         return Err(errors);
@@ -111,6 +115,17 @@ pub fn merge(shards: &[ShardFile], tolerant: bool) -> Result<ArmRecord, Vec<Merg
     whole.replicates = by_number.into_values().flat_map(|shard| shard.record.replicates.clone()).collect();
     whole.replicates.sort_by_key(|replicate| (replicate.unit, replicate.seed));
     Ok(whole)
+}
+
+/// The shards that are not there, if any; many are told by their first ones.
+fn missing(by_number: &BTreeMap<u32, &ShardFile>, parts: u32) -> Option<MergeError> {
+    const MOST_NAMED: usize = 20;
+    let mut numbers = (1..=parts).filter(|number| !by_number.contains_key(number));
+    let first = numbers.next()?;
+    let mut named = vec![first.to_string()];
+    named.extend(numbers.by_ref().take(MOST_NAMED - 1).map(|number| number.to_string()));
+    let more = if numbers.next().is_some() { ", …" } else { "" };
+    Some(MergeError::Missing { missing: named.join(", ") + more, first, parts })
 }
 
 /// Why two shards are not of one comparison.

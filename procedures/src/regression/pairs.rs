@@ -15,7 +15,7 @@ pub struct Pairing {
     pub criteria: Criteria,
     /// Samples of each of these, in their order.
     pub samples: Vec<CriterionSamples>,
-    /// Runs that did not end as planned, by unit and seed; their samples are left out.
+    /// Runs that did not end as planned, by unit and seed. What they measured before counts.
     pub ends: Vec<UnitEnd>,
 }
 
@@ -30,6 +30,8 @@ pub struct UnitEnd {
     pub baseline: Option<String>,
     /// Likewise of the candidate.
     pub candidate: Option<String>,
+    /// Whether the candidate ended in an earlier procedure than the baseline, or alone.
+    pub candidate_first: bool,
 }
 
 /// Why two arms cannot be compared.
@@ -126,17 +128,16 @@ pub fn pair(
         return Err(errors);
     }
     let ends = both.iter().filter_map(Both::end).collect();
-    let completed: Vec<&Both<'_>> = both.iter().filter(|both| both.end().is_none()).collect();
     let mut pairing =
         Pairing { criteria: Criteria { all: Vec::new(), ..criteria.clone() }, samples: Vec::new(), ends };
     for criterion in &criteria.all {
-        let places = places(criterion, &completed);
-        if places.is_empty() && !completed.is_empty() {
+        let places = places(criterion, &both);
+        if places.is_empty() && both.iter().any(|both| both.end().is_none()) {
             errors.push(PairingError::Unmeasured { criterion: criterion.name() });
         }
         for place in places {
             let own = Criterion { place, ..criterion.clone() };
-            match samples(&own, &completed) {
+            match samples(&own, &both) {
                 Ok(samples) => {
                     pairing.criteria.all.push(own);
                     pairing.samples.push(samples);
@@ -159,17 +160,23 @@ struct Both<'a> {
 
 impl Both<'_> {
     fn end(&self) -> Option<UnitEnd> {
-        let why = |replicate: &Replicate| match &replicate.end {
+        let early = |replicate: &Replicate| match &replicate.end {
             End::Completed => None,
-            End::Aborted { why } => Some(why.clone()),
+            End::Aborted { procedure, why } => Some((*procedure, why.clone())),
         };
-        let [baseline, candidate] = [self.baseline, self.candidate].map(why);
+        let [baseline, candidate] = [self.baseline, self.candidate].map(early);
         let is_early = baseline.is_some() || candidate.is_some();
+        let candidate_first = match (&baseline, &candidate) {
+            (_, None) => false,
+            (None, Some(_)) => true,
+            (Some((before, _)), Some((own, _))) => own < before,
+        };
         is_early.then_some(UnitEnd {
             unit: self.baseline.unit,
             seed: self.baseline.seed,
-            baseline,
-            candidate,
+            baseline: baseline.map(|(_, why)| why),
+            candidate: candidate.map(|(_, why)| why),
+            candidate_first,
         })
     }
 
@@ -240,10 +247,10 @@ fn alone(
 }
 
 /// Places where a criterion's measurand is found in either arm, in the order of the findings.
-fn places(criterion: &Criterion, completed: &[&Both<'_>]) -> Vec<String> {
+fn places(criterion: &Criterion, both: &[Both<'_>]) -> Vec<String> {
     let mut known = BTreeSet::new();
     let mut places = Vec::new();
-    for value in completed.iter().flat_map(|both| both.baseline.values.iter().chain(&both.candidate.values)) {
+    for value in both.iter().flat_map(|both| both.baseline.values.iter().chain(&both.candidate.values)) {
         if is_of(value, criterion) && known.insert(&value.place) {
             places.push(value.place.clone());
         }
@@ -256,7 +263,7 @@ fn is_of(value: &ReplicateValue, criterion: &Criterion) -> bool {
 }
 
 /// Samples of a criterion at its place; the arm that alone measured it, where the other one never looked for it.
-fn samples(criterion: &Criterion, completed: &[&Both<'_>]) -> Result<CriterionSamples, ArmName> {
+fn samples(criterion: &Criterion, both: &[Both<'_>]) -> Result<CriterionSamples, ArmName> {
     let reading =
         |replicate: &Replicate| {
             let mut found = replicate.values.iter();
@@ -265,14 +272,18 @@ fn samples(criterion: &Criterion, completed: &[&Both<'_>]) -> Result<CriterionSa
                 .map(|value| Reading { value: value.value, u: value.u, passes: value.passes })
         };
     let has = |replicate: &Replicate| reading(replicate).is_some();
-    if !completed.iter().any(|both| has(both.baseline)) {
+    // An arm that always ended before it could measure this says nothing of the campaign.
+    let never = |runs: Vec<&Replicate>| {
+        runs.iter().any(|run| run.end == End::Completed) && !runs.iter().any(|run| has(run))
+    };
+    if never(both.iter().map(|both| both.baseline).collect()) {
         return Err(ArmName::Candidate);
     }
-    if !completed.iter().any(|both| has(both.candidate)) {
+    if never(both.iter().map(|both| both.candidate).collect()) {
         return Err(ArmName::Baseline);
     }
     let none = Reading { value: None, u: 0.0, passes: false };
-    let sample = |both: &&Both<'_>| Sample {
+    let sample = |both: &Both<'_>| Sample {
         unit: both.baseline.unit,
         seed: both.baseline.seed,
         baseline: reading(both.baseline).unwrap_or(none),
@@ -282,6 +293,6 @@ fn samples(criterion: &Criterion, completed: &[&Both<'_>]) -> Result<CriterionSa
         requirement: criterion.requirement.clone(),
         measurand: criterion.measurand.clone(),
         place: criterion.place.clone(),
-        samples: completed.iter().map(sample).collect(),
+        samples: both.iter().map(sample).collect(),
     })
 }

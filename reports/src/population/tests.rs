@@ -51,7 +51,7 @@ fn a_population_as_markdown_and_as_data() {
     let markdown = markdown(&report);
     assert!(markdown.contains("| VEL-BW | velocity-bandwidth | 40 | 37 | 1 | 92 % ("), "{markdown}");
     assert!(
-        markdown.contains("| VEL-BW | velocity-bandwidth | az.inertia | -1.00, u = 0.00 | < 0.0001 |"),
+        markdown.contains("| VEL-BW | velocity-bandwidth | az.inertia | -1.00, u = 0.00 | &lt; 0.0001 |"),
         "{markdown}"
     );
     assert!(!markdown.contains("mirror.coupling"));

@@ -49,9 +49,10 @@ fn cases(found: &Regression) -> Vec<Case> {
         .map(|outcome| Case { name: outcome.criterion.name(), result: result(outcome) });
     let ends = found.ends.iter().map(|end| {
         let why = end.candidate.as_ref().or(end.baseline.as_ref()).cloned().unwrap_or_default();
-        let result = match end.baseline {
-            None => Result::Failed(format!("ended early with the candidate alone: {why}")),
-            Some(_) => Result::Skipped(format!("ended early with the baseline, too: {why}")),
+        let result = if end.candidate_first {
+            Result::Failed(format!("ended early with the candidate: {why}"))
+        } else {
+            Result::Skipped(format!("ended early with the baseline, too: {why}"))
         };
         Case { name: format!("unit {} with seed {}", end.unit, end.seed), result }
     });

@@ -72,7 +72,9 @@ pub(super) fn facts(found: &Regression) -> Vec<String> {
 pub(super) fn rules(found: &Regression) -> Vec<String> {
     let looks = match found.decision.look {
         Look::Single => String::new(),
-        Look::Sequential { number } => format!("; look {number} of a sequential comparison"),
+        Look::Sequential { number } => {
+            format!("; look {number} of a sequential comparison, p times the looks")
+        }
     };
     vec![
         format!(
@@ -231,7 +233,7 @@ fn ends(found: &Regression) -> Section {
         vec![end.unit.to_string(), end.seed.to_string(), text(&end.baseline), text(&end.candidate)]
     };
     Section {
-        heading: format!("Runs that ended early, left out of all comparisons: {}", found.ends.len()),
+        heading: format!("Runs that ended early: {}", found.ends.len()),
         head: vec!["unit", "seed", "baseline", "candidate"],
         rows: found.ends.iter().map(row).collect(),
     }

@@ -250,6 +250,8 @@ pub struct Bed {
     plan: CampaignPlan,
     units: Units,
     arms: [Arm; 2],
+    /// Seed of the first unit: units of other repetitions have noise of their own.
+    seed: u64,
 }
 
 impl Bed {
@@ -297,7 +299,13 @@ impl Bed {
             arms.push(arm);
         }
         let [baseline, candidate] = <[Arm; 2]>::try_from(arms).expect("two arms");
-        Ok(Self { rig, plan, units: Units::named(&names)?, arms: [baseline, candidate] })
+        Ok(Self {
+            rig,
+            plan,
+            units: Units::named(&names)?,
+            arms: [baseline, candidate],
+            seed: u64::from(first),
+        })
     }
 
     /// Runs both arms on all units.
@@ -321,7 +329,7 @@ impl Bed {
         let course = Course { from: 1, to: self.units.count() };
         const OTHER_SEED: u64 = 1_000_000;
         if planted.change == Change::OtherNoise {
-            let [baseline, mut candidate] = [1, OTHER_SEED + 1].map(|seed| {
+            let [baseline, mut candidate] = [self.seed, OTHER_SEED + self.seed].map(|seed| {
                 let mut found =
                     run_arms(&asked(seed), &self.arms[..1], course).expect("runs without a failure");
                 found.remove(0)
@@ -331,7 +339,7 @@ impl Bed {
             candidate.replicates.iter_mut().for_each(|replicate| replicate.seed -= OTHER_SEED);
             return [baseline, candidate];
         }
-        let mut found = run_arms(&asked(1), &self.arms, course).expect("runs without a failure");
+        let mut found = run_arms(&asked(self.seed), &self.arms, course).expect("runs without a failure");
         let candidate = found.remove(1);
         [found.remove(0), candidate]
     }

@@ -48,13 +48,19 @@ pub(super) fn compare(args: &Args, prepared: &Prepared, asked: &Asked<'_>, folde
             if !args.keep {
                 let _ = std::fs::remove_dir(&asked.folder);
             }
-            kept(store::write_records(folder, &found, criteria))?;
+            kept(store::write_records(folder, &looked(found, number), criteria))?;
             return finish(folder, &regression, args.json);
         }
         all = Some(found);
         from = units + 1;
     }
     Err(exit::USAGE)
+}
+
+/// The records with the look that decided.
+fn looked(found: Records, number: usize) -> Records {
+    let with = |arm: ArmRecord| ArmRecord { look: Some(number), ..arm };
+    Records { baseline: with(found.baseline), candidate: with(found.candidate) }
 }
 
 fn is_decided(regression: &Regression) -> bool {

@@ -80,13 +80,14 @@ impl Child {
     fn wait_for(&mut self, deadline: Duration) -> Result<LawOutput, LawFault> {
         let watch = Stopwatch::start();
         loop {
-            if let Some(output) = self.rows.answer() {
-                return Ok(output);
-            }
+            // First of all: an answer that lies there after a pause of this thread is too late as well.
             let after_s = watch.elapsed_s();
             if after_s > deadline.as_secs_f64() {
                 let limit_us = 1e6 * deadline.as_secs_f64();
                 return Err(self.ended().unwrap_or(LawFault::Late { after_us: 1e6 * after_s, limit_us }));
+            }
+            if let Some(output) = self.rows.answer() {
+                return Ok(output);
             }
             sched_yield();
         }

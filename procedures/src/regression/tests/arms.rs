@@ -48,6 +48,7 @@ pub(super) fn arm(bandwidth_hz: impl Fn(u32, u64) -> f64) -> ArmRecord {
             seeds_per_unit: 2,
         },
         shard: Shard::WHOLE,
+        look: None,
         replicates,
     }
 }
@@ -85,14 +86,42 @@ fn a_criterion_is_compared_at_each_place_where_its_measurand_is_found() {
 }
 
 #[test]
-fn a_run_that_ended_early_in_one_arm_is_left_out_and_named() {
+fn a_run_that_ended_early_is_named_and_what_it_measured_before_counts() {
+    let early =
+        |procedure: usize| End::Aborted { procedure, why: "aborted: tracking error of az".to_owned() };
     let mut candidate = arm(|_, _| 4.0);
-    candidate.replicates[2].end = End::Aborted { why: "AZ-STEP aborted: tracking error of az".to_owned() };
-    candidate.replicates[2].values.clear();
-    let paired = pair(&own(), &arm(|_, _| 4.0), &candidate).expect("alike");
-    assert_eq!(paired.samples[0].samples.len(), 5);
-    assert_eq!((paired.ends[0].unit, paired.ends[0].seed), (2, 9));
-    assert!(paired.ends[0].baseline.is_none() && paired.ends[0].candidate.is_some());
+    candidate.replicates[2].end = early(5);
+    candidate.replicates[2].values.pop();
+    candidate.replicates[2].values[0].passes = false;
+    let mut baseline = arm(|_, _| 4.0);
+    let paired = pair(&own(), &baseline, &candidate).expect("alike");
+    assert_eq!(paired.samples.iter().map(|own| own.samples.len()).collect::<Vec<_>>(), [6, 6]);
+    let lost = |paired: &Pairing, place: usize| {
+        let decision = decide(&paired.criteria, &paired.samples, Look::Single).expect("good samples");
+        (decision.outcomes[place].lost.clone(), decision.outcomes[place].call)
+    };
+    let own_loss = vec![LostPass { unit: 2, seeds: vec![9] }];
+    assert_eq!(lost(&paired, 0), (own_loss.clone(), Call::Identical), "measured before the end");
+    assert_eq!(lost(&paired, 1), (own_loss, Call::Inconclusive), "not measured any more");
+    let end = &paired.ends[0];
+    assert_eq!((end.unit, end.seed, end.candidate_first), (2, 9, true));
+    for (place, candidate_first) in [(4, false), (5, false), (6, true)] {
+        baseline.replicates[2].end = early(place);
+        let paired = pair(&own(), &baseline, &candidate).expect("alike");
+        assert_eq!(paired.ends[0].candidate_first, candidate_first, "the baseline ended in {place}");
+    }
+}
+
+#[test]
+fn a_few_units_that_are_left_of_many_decide_nothing() {
+    let mut arms = [arm(|_, _| 4.0), arm(|_, _| 4.0)];
+    for arm in &mut arms {
+        arm.replicates[..4].iter_mut().for_each(|replicate| replicate.values[0].value = None);
+    }
+    let paired = pair(&own(), &arms[0], &arms[1]).expect("alike");
+    let decision = decide(&paired.criteria, &paired.samples, Look::Single).expect("good samples");
+    assert_eq!(decision.outcomes[0].call, Call::Inconclusive, "{:?}", decision.outcomes[0].why);
+    assert_eq!(decision.outcomes[1].call, Call::Identical);
 }
 
 #[test]

@@ -67,7 +67,13 @@ fn units(planted: &Planted, effect: f64, scatter: f64) -> (u32, f64) {
     };
     let plan =
         Plan { call, effect: effect.abs(), margin: planted.margin, scatter, level: Look::Single.level() };
-    let pairs = plan.pairs(POWER).unwrap_or(FEWEST).max(FEWEST);
+    if scatter == 0.0 {
+        return (FEWEST as u32, 1.0);
+    }
+    let pairs = plan
+        .pairs(POWER)
+        .expect("an effect on its side of the margin: a test of this crate says so")
+        .max(FEWEST);
     (u32::try_from(pairs).unwrap_or(u32::MAX), plan.probability(pairs))
 }
 
