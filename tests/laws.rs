@@ -187,6 +187,13 @@ fn a_library_of_another_digest_version_or_layout_is_refused_before_motion() {
     let other = "0".repeat(64);
     let said = refused(at, &format!("az=velocity_pi.so@{other}"));
     assert!(said.contains(&format!("expected SHA-256 {other}, found {digest}")), "{said}");
+    let on_a_wire = ["run", "wired", "--rig", "wired", "--law", &format!("az=velocity_pi.so@{digest}")];
+    let wired = run_in(at, &on_a_wire);
+    assert!(
+        wired.code == 2 && wired.err.contains("external laws run in the tiers virtual and paced only"),
+        "{}",
+        wired.err
+    );
     let said = refused(at, &format!("ax=velocity_pi.so@{digest}"));
     assert!(said.contains("has no axis `ax`; expected az, el"), "{said}");
     let said = refused(at, &format!("az=missing.so@{digest}"));

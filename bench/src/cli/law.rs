@@ -82,6 +82,14 @@ impl LawArgs {
                 axes.join(", ")
             ));
         }
+        // Its description is read in this process: a library that starts threads could end the bench while real axes move.
+        if rig.tier.is_wired() {
+            return Err(format!(
+                "{file}: the axes of rig `{}` are at the end of a wire; external laws run in the tiers virtual and paced only: \
+                 rehearse the rig with `--tier paced`",
+                rig.id
+            ));
+        }
         let library = Library::load(&asked.file, &asked.sha256).map_err(|error| error.to_string())?;
         for parameter in library.parameters() {
             check(parameter).map_err(|why| format!("{file}: parameter `{}`: {why}", parameter.name))?;
