@@ -10,6 +10,7 @@ mod compare;
 mod devices;
 mod draw;
 mod explain;
+mod folders;
 mod host_controller;
 mod identify;
 mod import;

@@ -21,7 +21,7 @@ use crate::words;
 
 /// What a case comes to.
 #[derive(Debug)]
-enum Result {
+pub(crate) enum Result {
     Passed,
     Failed(String),
     Error(&'static str, String),
@@ -250,7 +250,7 @@ fn named(findings: &Findings) -> Vec<Case> {
 fn write(results: &Results, suites: &[Suite]) -> String {
     let mut m = Markup::default();
     m.verbatim("<?xml version=\"1.0\" encoding=\"UTF-8\"?>");
-    let [tests, failures, errors, _] = sums(suites.iter().flat_map(|s| &s.cases));
+    let [tests, failures, errors, _] = sums(suites.iter().flat_map(|s| &s.cases).map(|case| &case.result));
     let name = class(results);
     let time = seconds(suites.iter().map(|suite| suite.time_s).sum());
     m.open(
@@ -272,11 +272,11 @@ fn seconds(s: f64) -> String {
 }
 
 /// Tests, failures, errors, skipped.
-fn sums<'a>(cases: impl Iterator<Item = &'a Case>) -> [String; 4] {
+pub(crate) fn sums<'a>(results: impl Iterator<Item = &'a Result>) -> [String; 4] {
     let mut counts = [0usize; 4];
-    for case in cases {
+    for result in results {
         counts[0] += 1;
-        match case.result {
+        match result {
             Result::Passed => {}
             Result::Failed(_) => counts[1] += 1,
             Result::Error(..) => counts[2] += 1,
@@ -287,7 +287,7 @@ fn sums<'a>(cases: impl Iterator<Item = &'a Case>) -> [String; 4] {
 }
 
 fn write_suite(m: &mut Markup, results: &Results, suite: &Suite) {
-    let [tests, failures, errors, skipped] = sums(suite.cases.iter());
+    let [tests, failures, errors, skipped] = sums(suite.cases.iter().map(|case| &case.result));
     let time = seconds(suite.time_s);
     let record = &results.record;
     let mut attributes = vec![
@@ -317,20 +317,21 @@ fn write_suite(m: &mut Markup, results: &Results, suite: &Suite) {
     let class = class(results);
     for case in &suite.cases {
         m.open("testcase", &[("classname", &class), ("name", &case.name), ("time", &seconds(case.time_s))]);
-        write_case(m, case);
+        write_result(m, &case.result, "limit");
+        if !case.behind.is_empty() {
+            m.element("system-out", &[], &case.behind.join("\n"));
+        }
         m.close();
     }
     m.close();
 }
 
-fn write_case(m: &mut Markup, case: &Case) {
-    match &case.result {
+/// What a case comes to; `failure` is the type of a failed one.
+pub(crate) fn write_result(m: &mut Markup, result: &Result, failure: &str) {
+    match result {
         Result::Passed => {}
-        Result::Failed(message) => m.empty("failure", &[("type", "limit"), ("message", message)]),
+        Result::Failed(message) => m.empty("failure", &[("type", failure), ("message", message)]),
         Result::Error(kind, message) => m.empty("error", &[("type", kind), ("message", message)]),
         Result::Skipped(message) => m.empty("skipped", &[("message", message)]),
-    }
-    if !case.behind.is_empty() {
-        m.element("system-out", &[], &case.behind.join("\n"));
     }
 }

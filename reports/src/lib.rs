@@ -22,6 +22,7 @@ mod safety;
 #[cfg(test)]
 #[path = "../examples/sample/mod.rs"]
 mod sample;
+mod section;
 pub mod terminal;
 mod words;
 

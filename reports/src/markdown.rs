@@ -150,12 +150,13 @@ fn safety_page(out: &mut String, findings: &Findings) {
     out.push('\n');
 }
 
-fn table<const N: usize>(out: &mut String, head: &[&str; N], rows: &[[String; N]]) {
+/// A table; nothing without rows.
+pub(crate) fn table(out: &mut String, head: &[&str], rows: &[impl AsRef<[String]>]) {
     if rows.is_empty() {
         return;
     }
-    let _ = writeln!(out, "| {} |\n|{}", head.join(" | "), " --- |".repeat(N));
-    rows.iter().for_each(|row| table_row(out, row));
+    let _ = writeln!(out, "| {} |\n|{}", head.join(" | "), " --- |".repeat(head.len()));
+    rows.iter().for_each(|row| table_row(out, row.as_ref()));
     out.push('\n');
 }
 

@@ -2,13 +2,12 @@
 //!
 //! [`PopulationReport`] is data; [`text`], [`markdown`] and [`json`] are pure functions of it.
 
-use std::fmt::Write as _;
-
 use procedures::population::{Draws, Estimated, LEVEL, Quantile, Row, SHARES};
 use serde::Serialize;
 
 use crate::json::to_text;
 use crate::number::{Shown, percent, short};
+use crate::section::{Section, rules_markdown};
 use crate::{markdown as md, printable, terminal};
 
 #[cfg(test)]
@@ -89,27 +88,21 @@ impl PopulationReport {
     }
 }
 
-/// A heading and the table below it.
-struct Section {
-    heading: &'static str,
-    rows: Vec<Vec<String>>,
-}
-
-fn sections(report: &PopulationReport) -> [Section; 2] {
-    let quantile = |share: &f64| format!("{} quantile", percent(*share));
-    let words = ["requirement", "measurand", "units", "passes", "inconclusive", "pass probability"];
-    let mut head = words.map(str::to_owned).to_vec();
-    head.extend(SHARES.iter().map(quantile));
-    let rows = report.rows.iter().map(requirement);
-    let dependent =
-        ["requirement", "measurand", "setting", "rank correlation", "p"].map(str::to_owned).to_vec();
-    [
-        Section { heading: "Requirements", rows: std::iter::once(head).chain(rows).collect() },
-        Section {
-            heading: "Settings that values depend on",
-            rows: std::iter::once(dependent).chain(report.rows.iter().flat_map(dependences)).collect(),
-        },
-    ]
+/// Everything that has a row.
+fn sections(report: &PopulationReport) -> Vec<Section> {
+    let quantiles = SHARES.map(|share| format!("{} quantile", percent(share)));
+    let mut head = vec!["requirement", "measurand", "units", "passes", "inconclusive", "pass probability"];
+    head.extend(quantiles.iter().map(String::as_str));
+    let dependent = ["requirement", "measurand", "setting", "rank correlation", "p"];
+    let all = [
+        Section::new("Requirements", &head, report.rows.iter().map(requirement).collect()),
+        Section::new(
+            "Settings that values depend on",
+            &dependent,
+            report.rows.iter().flat_map(dependences).collect(),
+        ),
+    ];
+    all.into_iter().filter(|section| !section.is_empty()).collect()
 }
 
 fn requirement(row: &Row) -> Vec<String> {
@@ -206,10 +199,7 @@ fn rules(report: &PopulationReport) -> Vec<String> {
 /// The report for a terminal.
 pub fn text(report: &PopulationReport) -> String {
     let mut out = format!("{}\n\n", report.headline());
-    for section in sections(report).into_iter().filter(|section| section.rows.len() > 1) {
-        // Writing to a string cannot fail.
-        let _ = writeln!(out, "{}\n{}\n", section.heading, terminal::table(&section.rows));
-    }
+    sections(report).iter().for_each(|section| section.text(&mut out, usize::MAX));
     out += &rules(report).join("\n");
     printable::text(&terminal::plain(&out))
 }
@@ -217,21 +207,8 @@ pub fn text(report: &PopulationReport) -> String {
 /// The report as Markdown.
 pub fn markdown(report: &PopulationReport) -> String {
     let mut out = format!("# Population\n\n{}\n\n", md::text(&report.headline()));
-    for section in sections(report).into_iter().filter(|section| section.rows.len() > 1) {
-        // Writing to a string cannot fail.
-        let _ = writeln!(out, "## {}\n", section.heading);
-        for (k, row) in section.rows.iter().enumerate() {
-            md::table_row(&mut out, row);
-            if k == 0 {
-                let _ = writeln!(out, "|{}", " --- |".repeat(row.len()));
-            }
-        }
-        out.push('\n');
-    }
-    out += "## Rules\n\n";
-    for sentence in rules(report) {
-        let _ = writeln!(out, "- {}", md::text(&sentence));
-    }
+    sections(report).iter().for_each(|section| section.markdown(&mut out));
+    rules_markdown(&mut out, &rules(report));
     out
 }
 

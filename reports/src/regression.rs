@@ -130,9 +130,7 @@ impl Regression {
             Call::Worse => format!("worse: {} of {criteria} blocked", count(|o| o.blocks)),
             Call::Inconclusive => format!(
                 "inconclusive: {} of {criteria} not decided",
-                count(|o| o.criterion.blocking
-                    && !o.blocks
-                    && matches!(o.call, Call::Inconclusive | Call::Worse))
+                count(|o| !o.blocks && matches!(o.call, Call::Inconclusive | Call::Worse))
             ),
             Call::Identical => format!("identical: {criteria} with the same values"),
             Call::Better => {

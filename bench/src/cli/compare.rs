@@ -6,7 +6,7 @@ use procedures::comparison::PublishedTable;
 use reports::comparison::{Fact, RunComparison};
 use reports::record::{EvidenceRecord, Origin, Results};
 
-use super::{output, results};
+use super::{folders, output, results};
 use crate::exit;
 use crate::files::shipped;
 use crate::record::durable;
@@ -166,18 +166,11 @@ fn origin(origin: Origin) -> &'static str {
 }
 
 fn write(folder: &Path, compared: &RunComparison) -> Result<(), u8> {
-    let occupied = std::fs::read_dir(folder).is_ok_and(|mut inside| inside.next().is_some());
-    if occupied {
-        output::error(&format!("--out {}: the folder is not empty; choose a new one", folder.display()));
-        return Err(exit::USAGE);
-    }
-    let written = std::fs::create_dir_all(folder).and_then(|()| {
-        let markdown = reports::comparison::markdown(compared);
-        durable::write(&folder.join("comparison.md"), markdown.as_bytes())?;
-        durable::write(&folder.join("comparison.json"), reports::comparison::json(compared).as_bytes())
-    });
-    written.map_err(|error| {
-        output::error(&format!("{}: {error}; {}", folder.display(), durable::OUTPUT_HELP));
-        exit::BENCH
-    })
+    folders::make(folder)?;
+    let markdown = reports::comparison::markdown(compared);
+    let data = reports::comparison::json(compared);
+    let write = |name: &str, text: &str| durable::write(&folder.join(name), text.as_bytes());
+    write("comparison.md", &markdown)
+        .and_then(|()| write("comparison.json", &data))
+        .map_err(|error| folders::unwritable(folder, &error))
 }

@@ -4,11 +4,10 @@ use std::path::{Path, PathBuf};
 
 use reports::printable::counted;
 
-use super::output;
+use super::{folders, output};
 use crate::exit;
 use crate::files::family::{DrawnUnit, LEAST_RANDOMISATIONS, Population, load_family};
 use crate::files::unit::Method;
-use crate::record::durable;
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
@@ -57,22 +56,15 @@ fn draw(args: &Args) -> Result<u8, u8> {
     };
     let population =
         Population { method, seed: args.seed, units: args.units, randomisations: args.randomisations };
-    let units = family.population(&population).map_err(|error| {
-        output::error(&format!("{}: {error}", family.id));
-        exit::USAGE
-    })?;
+    let units = family
+        .population(&population)
+        .map_err(|error| output::mistake(&format!("{}: {error}", family.id)))?;
     for unit in &units {
         unit.load().map_err(|mistakes| output::mistakes(&mistakes))?;
     }
     let folder = args.out.display();
-    if std::fs::read_dir(&args.out).is_ok_and(|mut inside| inside.next().is_some()) {
-        output::error(&format!("--out {folder}: the folder is not empty; choose a new one"));
-        return Err(exit::USAGE);
-    }
-    write(&args.out, &units).map_err(|error| {
-        output::error(&format!("{folder}: {error}; {}", durable::OUTPUT_HELP));
-        exit::BENCH
-    })?;
+    folders::make(&args.out)?;
+    write(&args.out, &units).map_err(|error| folders::unwritable(&args.out, &error))?;
     let first = units.first().map_or("", |unit| unit.id.as_str());
     output::say(&format!(
         "{folder}: {} of {} with seed {}; run one with `bench run --unit {folder}/{first}.toml`",
@@ -84,6 +76,5 @@ fn draw(args: &Args) -> Result<u8, u8> {
 }
 
 fn write(folder: &Path, units: &[DrawnUnit]) -> std::io::Result<()> {
-    std::fs::create_dir_all(folder)?;
     units.iter().try_for_each(|unit| std::fs::write(folder.join(format!("{}.toml", unit.id)), &unit.text))
 }

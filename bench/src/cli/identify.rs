@@ -38,7 +38,7 @@ fn write(args: &Args) -> Result<u8, u8> {
     })?;
     let rig = read_rig(page.rig.source()).map_err(|found| output::mistakes(&found))?;
     let setup = Setup::of(&rig).ok_or_else(|| {
-        refused(&format!(
+        output::mistake(&format!(
             "{}: rig `{}` has no azimuth and elevation with torque constants; units are identified from runs of a director",
             args.run.display(),
             rig.id
@@ -46,12 +46,12 @@ fn write(args: &Args) -> Result<u8, u8> {
     })?;
     let base = load_unit(&args.base).map_err(|found| output::mistakes(&found))?;
     let settings = base.director().ok_or_else(|| {
-        refused(&format!("--base {}: not a director; `bench list units` lists units", args.base))
+        output::mistake(&format!("--base {}: not a director; `bench list units` lists units", args.base))
     })?;
     let found = identify::identify(&results.findings, &setup, settings);
     if found.settings.is_empty() && found.curves.is_empty() {
         let run = args.run.display();
-        return Err(refused(&format!(
+        return Err(output::mistake(&format!(
             "{run}: no finding says anything of a setting; run a campaign that measures the unit, e.g. `bench run quick`"
         )));
     }
@@ -66,21 +66,15 @@ fn write(args: &Args) -> Result<u8, u8> {
     Ok(code)
 }
 
-/// A mistake of the user.
-fn refused(message: &str) -> u8 {
-    output::error(message);
-    exit::USAGE
-}
-
 /// The id of the unit; the file must be a new one.
 fn id(out: &Path) -> Result<String, u8> {
     if out.exists() {
-        return Err(refused(&format!("--out {}: exists; choose a new file", out.display())));
+        return Err(output::mistake(&format!("--out {}: exists; choose a new file", out.display())));
     }
     let name = out.file_name().and_then(|name| name.to_str()).and_then(|name| name.strip_suffix(".toml"));
     match name {
         Some(name) if !name.is_empty() => Ok(name.to_owned()),
-        _ => Err(refused(&format!(
+        _ => Err(output::mistake(&format!(
             "--out {}: expected a file that ends in `.toml`, such as unit.toml: `bench run --unit` takes other names for shipped units",
             out.display()
         ))),

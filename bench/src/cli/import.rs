@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use procedures::diagnostic::{Diagnostic, SourceFile};
 use procedures::procedure::Procedure;
 
-use super::output;
+use super::{folders, output};
 use crate::exit;
 use crate::files::import_map::read_map;
 use crate::files::shipped::{self, Folder};
@@ -27,9 +27,8 @@ pub(super) fn run(args: &Args) -> u8 {
         Ok(map) => map,
         Err(found) => return output::mistakes(&found),
     };
-    if std::fs::read_dir(&args.out).is_ok_and(|mut inside| inside.next().is_some()) {
-        output::error(&format!("--out {}: the folder is not empty; choose a new one", args.out.display()));
-        return exit::USAGE;
+    if let Err(code) = folders::must_be_free(&args.out) {
+        return code;
     }
     if let Err(error) = std::fs::create_dir_all(&args.out) {
         output::error(&format!("--out {}: {error}; {}", args.out.display(), durable::OUTPUT_HELP));

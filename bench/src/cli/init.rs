@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use super::output;
 use super::schema::with_axes_of;
+use super::{folders, output};
 use crate::exit;
 use crate::files::shipped::{self, Folder, SHIPPED};
 use crate::record::durable;
@@ -40,10 +40,9 @@ const EDITED: &[(&str, &[&str])] = &[
 ];
 
 pub(super) fn run(args: &Args) -> u8 {
-    let occupied = std::fs::read_dir(&args.folder).is_ok_and(|mut inside| inside.next().is_some());
-    if occupied {
-        output::error(&format!("{}: the folder is not empty; choose a new one", args.folder.display()));
-        return exit::USAGE;
+    if folders::is_occupied(&args.folder) {
+        let shown = args.folder.display();
+        return output::mistake(&format!("{shown}: the folder is not empty; choose a new one"));
     }
     match write(&args.folder) {
         Ok(()) => {

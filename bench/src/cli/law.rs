@@ -12,11 +12,10 @@ use crate::cycle::laws::{DEADLINE, Hosting, Law, Laws};
 use crate::exit;
 use crate::files::settings::quantity_kind;
 use crate::model::rig::{Rig, Tier};
+use crate::record::ITSELF;
 
 /// Letters of a SHA-256 in hexadecimal.
 const DIGEST_LETTERS: usize = 64;
-/// This very program, also where its file was replaced since it began.
-const ITSELF: &str = "/proc/self/exe";
 
 /// External laws of a run.
 #[derive(clap::Args, Clone, Debug)]

@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use procedures::regression::{ArmRecord, Criteria, Look, ShardFile, merge};
 
+use super::folders;
 use super::output;
-use super::regress::{decided, finish, kept, out_folder};
+use super::regress::{FOLDERS, decided, finish, kept};
 use crate::exit;
 use crate::regression::{Records, store};
 
@@ -33,20 +34,20 @@ fn merged(args: &Args) -> Result<u8, u8> {
     let criteria = criteria(&args.shards)?;
     let found = Records { baseline: arm(args, store::BASELINE)?, candidate: arm(args, store::CANDIDATE)? };
     let regression = decided(&criteria, &found, Look::Single)?;
-    let folder = out_folder(args.out.as_deref())?;
+    let folder = folders::chosen(args.out.as_deref(), FOLDERS)?;
     kept(store::write_records(&folder, &found, &criteria))?;
     finish(&folder, &regression, args.json)
 }
 
 /// The criteria, which must be the same in all shards.
 fn criteria(shards: &[PathBuf]) -> Result<Criteria, u8> {
-    let read = |folder: &PathBuf| store::read_criteria(folder).map_err(|message| mistake(&message));
+    let read = |folder: &PathBuf| store::read_criteria(folder).map_err(|message| output::mistake(&message));
     let mut found: Option<(&Path, Criteria)> = None;
     for folder in shards {
         let own = read(folder)?;
         match &found {
             Some((first, criteria)) if *criteria != own => {
-                return Err(mistake(&format!(
+                return Err(output::mistake(&format!(
                     "{}: the criteria differ from those of {}; run all shards with one criteria file",
                     folder.display(),
                     first.display()
@@ -62,16 +63,11 @@ fn criteria(shards: &[PathBuf]) -> Result<Criteria, u8> {
 fn arm(args: &Args, file: &str) -> Result<ArmRecord, u8> {
     let mut shards = Vec::new();
     for folder in &args.shards {
-        let record = store::read_any_arm(&folder.join(file)).map_err(|message| mistake(&message))?;
+        let record = store::read_any_arm(&folder.join(file)).map_err(|message| output::mistake(&message))?;
         shards.push(ShardFile { name: folder.display().to_string(), record });
     }
     merge(&shards, args.tolerant).map_err(|errors| {
         errors.iter().for_each(|error| output::error(&error.to_string()));
         exit::USAGE
     })
-}
-
-fn mistake(message: &str) -> u8 {
-    output::error(message);
-    exit::USAGE
 }

@@ -8,7 +8,7 @@ use procedures::population::{Draws, MeasuredUnit, Reading, evaluate};
 use reports::population::{PopulationReport, Title};
 use reports::record::{EvidenceState, Findings};
 
-use super::{output, results};
+use super::{folders, output, results};
 use crate::exit;
 use crate::files::family::LEAST_RANDOMISATIONS;
 use crate::files::unit::{DrawnFrom, Method, read_drawn};
@@ -70,11 +70,6 @@ fn monte_carlo(args: &Args) -> Result<u8, u8> {
     Ok(code)
 }
 
-fn refused(message: &str) -> u8 {
-    output::error(message);
-    exit::USAGE
-}
-
 /// A run with the unit file that it kept.
 fn read(folder: &Path) -> Result<DrawnRun, u8> {
     let findings = results::read_with_waivers(folder)?.findings;
@@ -84,14 +79,14 @@ fn read(folder: &Path) -> Result<DrawnRun, u8> {
     })?;
     let help = "units of a population are written by `bench draw`";
     let Some(file) = page.unit_files.first() else {
-        return Err(refused(&format!("{}: the run kept no unit file; {help}", folder.display())));
+        return Err(output::mistake(&format!("{}: the run kept no unit file; {help}", folder.display())));
     };
     let source = SourceFile::new(format!("{}: {}", folder.display(), file.name), file.text.clone());
     let drawn = read_drawn(source).map_err(|mistakes| output::mistakes(&mistakes))?;
     let Some(drawn) = drawn else {
         let message =
             format!("{}: unit `{}` was not drawn from a family; {help}", folder.display(), findings.unit);
-        return Err(refused(&message));
+        return Err(output::mistake(&message));
     };
     let set = drawn.from.randomisation() as usize;
     let readings = readings(&findings);
@@ -124,19 +119,19 @@ fn readings(findings: &Findings) -> Vec<Reading> {
 
 /// Runs of one population through one campaign, each unit once.
 fn check(runs: &[DrawnRun]) -> Result<(), u8> {
-    let Some(first) = runs.first() else { return Err(refused("no run")) };
+    let Some(first) = runs.first() else { return Err(output::mistake("no run")) };
     for run in runs {
         let population = |from: &DrawnFrom| DrawnFrom { number: 1, ..from.clone() };
         let [a, b] = [&first.folder, &run.folder].map(|folder| folder.display());
         if population(&run.from) != population(&first.from) {
-            return Err(refused(&format!(
+            return Err(output::mistake(&format!(
                 "{a} and {b}: units `{}` and `{}` are not of one population: family, method, seed and number of units must be the \
                  same",
                 first.unit.id, run.unit.id
             )));
         }
         if run.judged_by != first.judged_by {
-            return Err(refused(&format!(
+            return Err(output::mistake(&format!(
                 "{a} and {b}: the campaigns or their requirements differ; run all units through one campaign, or judge again with \
                  `bench rejudge --requirements F --out DIR`"
             )));
@@ -147,7 +142,7 @@ fn check(runs: &[DrawnRun]) -> Result<(), u8> {
             let [a, b] = [&pair[0].folder, &pair[1].folder].map(|folder| folder.display());
             let message =
                 format!("{a} and {b}: unit `{}` is given twice; give one run of each unit", pair[0].unit.id);
-            return Err(refused(&message));
+            return Err(output::mistake(&message));
         }
     }
     Ok(())
@@ -155,7 +150,7 @@ fn check(runs: &[DrawnRun]) -> Result<(), u8> {
 
 /// The report of checked runs. Of a design only whole randomisations count.
 fn report(runs: Vec<DrawnRun>) -> Result<PopulationReport, u8> {
-    let Some(DrawnRun { from, campaign, .. }) = runs.first() else { return Err(refused("no run")) };
+    let Some(DrawnRun { from, campaign, .. }) = runs.first() else { return Err(output::mistake("no run")) };
     let title = Title {
         family: from.family.clone(),
         family_sha256: from.family_sha256.clone(),
@@ -184,7 +179,7 @@ fn whole_sets(from: &DrawnFrom, missing: &[u32], units: &mut Vec<MeasuredUnit>) 
     let whole: BTreeSet<usize> = units.iter().map(|unit| unit.set).collect();
     if whole.len() < LEAST_RANDOMISATIONS as usize {
         let lacking: Vec<String> = missing.iter().take(10).map(u32::to_string).collect();
-        return Err(refused(&format!(
+        return Err(output::mistake(&format!(
             "{} whole randomisations; expected at least {LEAST_RANDOMISATIONS}: run the missing units, the first of them {}",
             whole.len(),
             lacking.join(", ")
@@ -197,19 +192,11 @@ fn whole_sets(from: &DrawnFrom, missing: &[u32], units: &mut Vec<MeasuredUnit>) 
 }
 
 fn write(folder: &Path, report: &PopulationReport) -> Result<(), u8> {
-    if std::fs::read_dir(folder).is_ok_and(|mut inside| inside.next().is_some()) {
-        return Err(refused(&format!(
-            "--out {}: the folder is not empty; choose a new one",
-            folder.display()
-        )));
-    }
-    let written = std::fs::create_dir_all(folder).and_then(|()| {
-        let markdown = reports::population::markdown(report);
-        durable::write(&folder.join("population.md"), markdown.as_bytes())?;
-        durable::write(&folder.join("population.json"), reports::population::json(report).as_bytes())
-    });
-    written.map_err(|error| {
-        output::error(&format!("{}: {error}; {}", folder.display(), durable::OUTPUT_HELP));
-        exit::BENCH
-    })
+    folders::make(folder)?;
+    let markdown = reports::population::markdown(report);
+    let data = reports::population::json(report);
+    let write = |name: &str, text: &str| durable::write(&folder.join(name), text.as_bytes());
+    write("population.md", &markdown)
+        .and_then(|()| write("population.json", &data))
+        .map_err(|error| folders::unwritable(folder, &error))
 }

@@ -20,6 +20,12 @@ pub(super) fn error(text: &str) {
     note(&format!("error: {text}"));
 }
 
+/// An error on stderr that the person can mend; gives the exit code for it.
+pub(super) fn mistake(text: &str) -> u8 {
+    error(text);
+    exit::USAGE
+}
+
 /// The first mistakes on stderr, with the count of all.
 pub(super) fn mistakes(found: &[Diagnostic]) -> u8 {
     // The last one of a file may be the count of those that are not told.

@@ -8,6 +8,7 @@ use procedures::diagnostic::Diagnostic;
 use procedures::regression::{ArmRecord, Baseline, Criteria, Look, Shard, pair, propose};
 use reports::regression::Regression;
 
+use super::folders;
 use super::law::{AskedLaw, LawArgs, asked_law};
 use super::options::load_rig;
 use super::output;
@@ -119,6 +120,9 @@ fn shard(text: &str) -> Result<Shard, String> {
     });
     parsed.ok_or_else(|| "expected K/N with K from 1 to N, e.g. 2/8".to_owned())
 }
+
+/// Where comparisons lie that nobody gave a folder.
+pub(super) const FOLDERS: &str = "regressions";
 
 /// Exit code of `git bisect run` for a commit that cannot be told.
 const CANNOT_TELL: u8 = 125;
@@ -346,7 +350,7 @@ fn compare(args: &Args, prepared: &Prepared, stop: Arc<AtomicU16>) -> Result<u8,
     let course = Course { from: 1, to: prepared.units.count() };
     let probe = asked(args, prepared, PathBuf::new(), Arc::clone(&stop));
     check_stored(&probe, prepared, candidate, course)?;
-    let folder = out_folder(args.out.as_deref())?;
+    let folder = folders::chosen(args.out.as_deref(), FOLDERS)?;
     signals::begin(&stop)?;
     let asked = Asked { folder: folder.join("runs"), ..probe };
     if args.sequential {
@@ -379,14 +383,7 @@ fn check_stored(asked: &Asked<'_>, prepared: &Prepared, candidate: &Arm, course:
         output::error(&stopped.to_string());
         stopped.exit_code()
     })?;
-    match pair(criteria, &whole((**stored).clone()), &whole(planned)) {
-        Ok(_) => Ok(()),
-        Err(errors) => {
-            let found: Vec<Diagnostic> =
-                errors.iter().map(|error| Diagnostic::new(error.to_string())).collect();
-            Err(output::mistakes(&found))
-        }
-    }
+    pair(criteria, &whole((**stored).clone()), &whole(planned)).map(|_| ()).map_err(|errors| told(&errors))
 }
 
 /// Records of both arms on the units of a course.
@@ -407,12 +404,15 @@ fn both(asked: &Asked<'_>, baseline: &BaselineArm, candidate: &Arm, course: Cour
     }
 }
 
+/// Tells everything that keeps arms from being compared.
+fn told(errors: &[impl ToString]) -> u8 {
+    let found: Vec<Diagnostic> = errors.iter().map(|error| Diagnostic::new(error.to_string())).collect();
+    output::mistakes(&found)
+}
+
 /// What two records come to; mistakes on stderr.
 pub(super) fn decided(criteria: &Criteria, found: &Records, look: Look) -> Result<Regression, u8> {
-    Regression::new(criteria, &found.baseline, &found.candidate, look).map_err(|errors| {
-        let found: Vec<Diagnostic> = errors.iter().map(|error| Diagnostic::new(error.to_string())).collect();
-        output::mistakes(&found)
-    })
+    Regression::new(criteria, &found.baseline, &found.candidate, look).map_err(|errors| told(&errors))
 }
 
 /// Writes and prints a decision; gives its exit code.
@@ -432,22 +432,4 @@ pub(super) fn kept(written: Result<(), String>) -> Result<(), u8> {
         output::error(&message);
         exit::BENCH
     })
-}
-
-/// The folder that is asked for, or the next number below `regressions`.
-pub(super) fn out_folder(wanted: Option<&Path>) -> Result<PathBuf, u8> {
-    let folder = wanted.map_or_else(next_number, Path::to_owned);
-    store::new_folder(&folder).map_err(|(message, is_mistake)| {
-        output::error(&message);
-        if is_mistake { exit::USAGE } else { exit::BENCH }
-    })?;
-    Ok(folder)
-}
-
-fn next_number() -> PathBuf {
-    let all = Path::new("regressions");
-    let taken = std::fs::read_dir(all).into_iter().flatten().flatten();
-    let largest =
-        taken.filter_map(|entry| entry.file_name().to_str()?.parse::<u32>().ok()).max().unwrap_or(0);
-    all.join(largest.saturating_add(1).to_string())
 }

@@ -7,7 +7,7 @@ use procedures::requirement::Requirements;
 use reports::record::{EvidenceRecord, Findings, Results, TitlePage};
 
 use self::differences::Compared;
-use super::{output, record, results, verdicts};
+use super::{folders, output, record, results, verdicts};
 use crate::exit;
 use crate::files::shipped::{self, Folder};
 use crate::judge::{self, Fold, JudgedLog, Known, Trouble, fold};
@@ -238,18 +238,8 @@ fn write(
     before: Option<&Results>,
     evidence: Option<EvidenceRecord>,
 ) -> Result<(), u8> {
-    let occupied = std::fs::read_dir(folder).is_ok_and(|mut inside| inside.next().is_some());
-    if occupied {
-        output::error(&format!("--out {}: the folder is not empty; choose a new one", folder.display()));
-        return Err(exit::USAGE);
-    }
+    folders::make(folder)?;
     let results = Results { evidence, ..Results::new(findings.clone(), record::of_rejudged(what, before)) };
-    let written = std::fs::create_dir_all(folder).and_then(|()| {
-        let one = |f: &reports::Format| durable::write(&folder.join(f.file), &(f.render)(&results));
-        reports::FORMATS.iter().try_for_each(one)
-    });
-    written.map_err(|error| {
-        output::error(&format!("{}: {error}; {}", folder.display(), durable::OUTPUT_HELP));
-        exit::BENCH
-    })
+    let one = |f: &reports::Format| durable::write(&folder.join(f.file), &(f.render)(&results));
+    reports::FORMATS.iter().try_for_each(one).map_err(|error| folders::unwritable(folder, &error))
 }

@@ -27,6 +27,7 @@ use crate::people::signals;
 use crate::people::underway::Underway;
 use crate::plan::{CampaignPlan, Wanted};
 use crate::realtime::privileges;
+use crate::record::ITSELF;
 use crate::record::evidence;
 use crate::record::journal::Entry;
 use crate::site::unit::Unit;
@@ -240,8 +241,6 @@ fn carry_out(args: &Args, prepared: &Prepared, stop: Arc<AtomicU16>, underway: U
 
 /// On a wire axes are held while logs are judged.
 fn judge_program(tier: Tier) -> Option<PathBuf> {
-    // This very program, also where its file was replaced since it began.
-    const ITSELF: &str = "/proc/self/exe";
     tier.is_wired().then(|| PathBuf::from(ITSELF))
 }
 

@@ -4,10 +4,8 @@ use std::sync::OnceLock;
 
 use procedures::regression::Program;
 
+use crate::record::ITSELF;
 use crate::record::journal::sha256;
-
-/// This very program, also where its file was replaced since it began.
-const ITSELF: &str = "/proc/self/exe";
 
 /// The program that runs, and the features of this processor on which its arithmetic depends.
 ///

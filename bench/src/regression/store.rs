@@ -42,18 +42,6 @@ pub fn write_decision(folder: &Path, found: &Regression) -> Result<(), String> {
     write(folder, "junit.xml", &regression::junit(found))
 }
 
-/// Makes a folder for a comparison.
-///
-/// # Errors
-/// Where there is something in it, or it cannot be made; with the exit code's sort: `true` for a mistake of the person.
-pub fn new_folder(folder: &Path) -> Result<(), (String, bool)> {
-    let shown = folder.display();
-    if std::fs::read_dir(folder).is_ok_and(|mut inside| inside.next().is_some()) {
-        return Err((format!("--out {shown}: the folder is not empty; choose a new one"), true));
-    }
-    std::fs::create_dir_all(folder).map_err(|error| (format!("{shown}: {error}; {OUTPUT_HELP}"), false))
-}
-
 /// Reads a whole arm.
 ///
 /// # Errors

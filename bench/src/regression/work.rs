@@ -246,8 +246,7 @@ fn work(asked: &Asked<'_>, planned: &[Planned<'_>]) -> Result<Vec<Replicate>, St
         };
         match slot {
             Some(found) => all.push(found?),
-            // Where a later run failed, that failure is the reason.
-            None if failed.load(Ordering::Relaxed) => {}
+            // Runs are begun in order: a failed one stands before all that were not begun, and was found above.
             None => return Err(missing().into()),
         }
     }

@@ -5,14 +5,8 @@ use procedures::verdict::coverage_factor;
 
 use super::RunComparison;
 use crate::number::{Shown, percent, short, significant};
+use crate::section::Section;
 use crate::words;
-
-/// A heading and the table below it.
-pub(super) struct Section {
-    pub(super) heading: String,
-    pub(super) head: Vec<&'static str>,
-    pub(super) rows: Vec<Vec<String>>,
-}
 
 const VALUE_HEAD: [&str; 9] =
     ["procedure", "measurand", "axis", "under", "A", "B", "B − A", "apart / u", "p"];
@@ -31,7 +25,7 @@ pub(super) fn differing(compared: &RunComparison) -> Vec<Section> {
         verdicts(compared),
         curves(compared, Call::NotJudged, "Curves without uncertainty, not judged"),
     ];
-    all.into_iter().filter(|section| !section.rows.is_empty()).collect()
+    all.into_iter().filter(|section| !section.is_empty()).collect()
 }
 
 /// Values and curves that are the same.
@@ -42,7 +36,7 @@ pub(super) fn same(compared: &RunComparison) -> Vec<Section> {
         values(compared, Call::Identical, "Identical values"),
         curves(compared, Call::Identical, "Identical curves"),
     ];
-    all.into_iter().filter(|section| !section.rows.is_empty()).collect()
+    all.into_iter().filter(|section| !section.is_empty()).collect()
 }
 
 /// By which rules the words above were found.
@@ -110,19 +104,18 @@ fn facts(compared: &RunComparison) -> Section {
         let [a, b] = [a, b].map(|overall| words::overall(overall).word.to_owned());
         rows.push(vec!["outcome".to_owned(), a, b, mark.to_owned()]);
     }
-    Section { heading: "Title pages".to_owned(), head: vec!["", "A", "B", ""], rows }
+    Section::new("Title pages", &["", "A", "B", ""], rows)
 }
 
 fn verdicts(compared: &RunComparison) -> Section {
     let word = |verdict: Option<_>| verdict.map_or("not in this run", |v| words::verdict(v).word).to_owned();
     let row =
         |change: &super::VerdictChange| vec![change.requirement.clone(), word(change.a), word(change.b)];
-    Section {
-        heading: "Verdicts that changed".to_owned(),
-
-        head: vec!["requirement", "A", "B"],
-        rows: compared.verdicts.iter().map(row).collect(),
-    }
+    Section::new(
+        "Verdicts that changed",
+        &["requirement", "A", "B"],
+        compared.verdicts.iter().map(row).collect(),
+    )
 }
 
 fn values(compared: &RunComparison, call: Call, heading: &str) -> Section {
@@ -132,12 +125,8 @@ fn values(compared: &RunComparison, call: Call, heading: &str) -> Section {
         let apart = |pair: &ValuePair| pair.difference.and_then(|d| d.apart_u).unwrap_or(f64::INFINITY);
         found.sort_by(|a, b| apart(b).total_cmp(&apart(a)));
     }
-    Section {
-        heading: format!("{heading}: {}", found.len()),
-
-        head: VALUE_HEAD.to_vec(),
-        rows: found.into_iter().map(value_row).collect(),
-    }
+    let heading = format!("{heading}: {}", found.len());
+    Section::new(heading, &VALUE_HEAD, found.into_iter().map(value_row).collect())
 }
 
 fn value_row(pair: &ValuePair) -> Vec<String> {
@@ -178,12 +167,8 @@ fn order(pair: &ValuePair) -> String {
 
 fn curves(compared: &RunComparison, call: Call, heading: &str) -> Section {
     let found: Vec<&CurvePair> = compared.findings.curves.iter().filter(|pair| pair.call == call).collect();
-    Section {
-        heading: format!("{heading}: {}", found.len()),
-
-        head: CURVE_HEAD.to_vec(),
-        rows: found.into_iter().map(curve_row).collect(),
-    }
+    let heading = format!("{heading}: {}", found.len());
+    Section::new(heading, &CURVE_HEAD, found.into_iter().map(curve_row).collect())
 }
 
 fn curve_row(pair: &CurvePair) -> Vec<String> {

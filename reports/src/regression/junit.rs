@@ -4,15 +4,8 @@ use procedures::regression::{Call, Outcome};
 
 use super::Regression;
 use super::sections;
+use crate::junit::{Result, sums, write_result};
 use crate::markup::Markup;
-
-/// What a case comes to; the text says why.
-enum Result {
-    Passed,
-    Failed(String),
-    Error(String),
-    Skipped(String),
-}
 
 struct Case {
     name: String,
@@ -21,13 +14,7 @@ struct Case {
 
 pub(super) fn render(found: &Regression) -> String {
     let cases = cases(found);
-    let count = |is: fn(&Result) -> bool| cases.iter().filter(|case| is(&case.result)).count().to_string();
-    let [tests, failures, errors, skipped] = [
-        cases.len().to_string(),
-        count(|result| matches!(result, Result::Failed(_))),
-        count(|result| matches!(result, Result::Error(_))),
-        count(|result| matches!(result, Result::Skipped(_))),
-    ];
+    let [tests, failures, errors, skipped] = sums(cases.iter().map(|case| &case.result));
     let name = format!("bench.regress.{}", found.scenario.campaign);
     let mut m = Markup::default();
     m.verbatim("<?xml version=\"1.0\" encoding=\"UTF-8\"?>");
@@ -36,7 +23,7 @@ pub(super) fn render(found: &Regression) -> String {
     m.open("testsuite", &[counts.as_slice(), &[("skipped", skipped.as_str())]].concat());
     for case in &cases {
         m.open("testcase", &[("classname", &name), ("name", &case.name)]);
-        write(&mut m, &case.result);
+        write_result(&mut m, &case.result, "regression");
         m.close();
     }
     m.finish()
@@ -63,17 +50,8 @@ fn result(outcome: &Outcome) -> Result {
     let said = format!("{}: {}", sections::word(outcome), sections::shift(outcome));
     match outcome.call {
         _ if outcome.blocks => Result::Failed(said),
-        Call::Worse | Call::Inconclusive if outcome.criterion.blocking => Result::Error(said),
+        Call::Worse | Call::Inconclusive if outcome.criterion.blocking => Result::Error("inconclusive", said),
         Call::Worse | Call::Inconclusive => Result::Skipped(said),
         Call::Better | Call::Equivalent | Call::Identical => Result::Passed,
-    }
-}
-
-fn write(m: &mut Markup, result: &Result) {
-    match result {
-        Result::Passed => {}
-        Result::Failed(message) => m.empty("failure", &[("type", "regression"), ("message", message)]),
-        Result::Error(message) => m.empty("error", &[("type", "inconclusive"), ("message", message)]),
-        Result::Skipped(message) => m.empty("skipped", &[("message", message)]),
     }
 }

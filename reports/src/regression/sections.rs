@@ -6,13 +6,7 @@ use procedures::regression::{Call, Look, Outcome, Scale, Worse};
 use super::{Regression, Side};
 use crate::number::{Shown, percent, short, significant, typeset};
 use crate::printable::counted;
-
-/// A heading and the table below it.
-pub(super) struct Section {
-    pub(super) heading: String,
-    pub(super) head: Vec<&'static str>,
-    pub(super) rows: Vec<Vec<String>>,
-}
+use crate::section::Section;
 
 const OUTCOME_HEAD: [&str; 9] = [
     "call",
@@ -34,7 +28,7 @@ pub(super) fn all(found: &Regression) -> Vec<Section> {
         ends(found),
         lost(found),
     ];
-    sections.into_iter().filter(|section| !section.rows.is_empty()).collect()
+    sections.into_iter().filter(|section| !section.is_empty()).collect()
 }
 
 /// What was compared, a line each.
@@ -122,7 +116,7 @@ pub(super) fn word(outcome: &Outcome) -> &'static str {
 fn outcomes(found: &Regression, heading: &str, blocking: bool) -> Section {
     let own = found.worst_first().into_iter().filter(|outcome| outcome.criterion.blocking == blocking);
     let rows: Vec<Vec<String>> = own.map(outcome_row).collect();
-    Section { heading: format!("{heading}: {}", rows.len()), head: OUTCOME_HEAD.to_vec(), rows }
+    Section::new(format!("{heading}: {}", rows.len()), &OUTCOME_HEAD, rows)
 }
 
 fn outcome_row(outcome: &Outcome) -> Vec<String> {
@@ -232,11 +226,11 @@ fn ends(found: &Regression) -> Section {
     let row = |end: &procedures::regression::UnitEnd| {
         vec![end.unit.to_string(), end.seed.to_string(), text(&end.baseline), text(&end.candidate)]
     };
-    Section {
-        heading: format!("Runs that ended early: {}", found.ends.len()),
-        head: vec!["unit", "seed", "baseline", "candidate"],
-        rows: found.ends.iter().map(row).collect(),
-    }
+    Section::new(
+        format!("Runs that ended early: {}", found.ends.len()),
+        &["unit", "seed", "baseline", "candidate"],
+        found.ends.iter().map(row).collect(),
+    )
 }
 
 fn lost(found: &Regression) -> Section {
@@ -251,9 +245,9 @@ fn lost(found: &Regression) -> Section {
         ]
     };
     let with = found.decision.outcomes.iter().filter(|outcome| !outcome.lost.is_empty());
-    Section {
-        heading: "Units that pass with the baseline and not with the candidate".to_owned(),
-        head: vec!["requirement", "measurand", "where", "units"],
-        rows: with.map(row).collect(),
-    }
+    Section::new(
+        "Units that pass with the baseline and not with the candidate",
+        &["requirement", "measurand", "where", "units"],
+        with.map(row).collect(),
+    )
 }

@@ -3,22 +3,21 @@
 use std::fmt::Write as _;
 
 use super::Regression;
-use super::sections::{self, Section};
+use super::sections;
 use crate::markdown;
 use crate::printable;
+use crate::section::rules_markdown;
 use crate::terminal;
 
 pub(super) fn text(found: &Regression) -> String {
     let mut out = String::new();
     for fact in sections::facts(found) {
+        // Writing to a string cannot fail.
         let _ = writeln!(out, "{fact}");
     }
     out.push('\n');
     for section in sections::all(found) {
-        let head = section.head.iter().map(|&cell| cell.to_owned()).collect();
-        let rows: Vec<Vec<String>> = std::iter::once(head).chain(section.rows).collect();
-        // Writing to a string cannot fail.
-        let _ = writeln!(out, "{}\n{}\n", section.heading, terminal::table(&rows));
+        section.text(&mut out, usize::MAX);
     }
     for sentence in sections::rules(found) {
         let _ = writeln!(out, "{sentence}");
@@ -35,20 +34,8 @@ pub(super) fn markdown(found: &Regression) -> String {
     }
     out.push('\n');
     for section in sections::all(found) {
-        table(&mut out, &section);
+        section.markdown(&mut out);
     }
-    let _ = writeln!(out, "## Rules\n");
-    for sentence in sections::rules(found) {
-        let _ = writeln!(out, "- {}", markdown::text(&sentence));
-    }
+    rules_markdown(&mut out, &sections::rules(found));
     out
-}
-
-fn table(out: &mut String, section: &Section) {
-    let _ = writeln!(out, "## {}\n", markdown::text(&section.heading));
-    let _ = writeln!(out, "| {} |\n|{}", section.head.join(" | "), " --- |".repeat(section.head.len()));
-    for row in &section.rows {
-        markdown::table_row(out, row);
-    }
-    out.push('\n');
 }

@@ -22,7 +22,7 @@ use procedures::quantity::QuantityKind;
 use procedures::regression::{
     ArmRecord, Call, Criteria, Criterion, Look, Outcome, Scale, Shard, Worse, decide, pair,
 };
-use sim_devices::unit::{PARAMETERS, UnitSettings};
+use sim_devices::unit::{FieldOfPart, PARAMETERS, Setting, UnitSettings};
 
 use crate::blind::draw;
 use crate::prediction::predict;
@@ -178,8 +178,7 @@ impl Planted {
         let gains = shipped::gains();
         let mut changed = unit.clone();
         for (key, value_si) in self.settings(1.0) {
-            let parameter = PARAMETERS.iter().find(|p| p.key == key).expect("a setting of units");
-            parameter.set(&mut changed, value_si);
+            parameter(key).set(&mut changed, value_si);
         }
         let [before, after] = [(&unit, &gains), (&changed, &self.gains(&gains))].map(|(unit, gains)| {
             let rows = predict(unit, gains);
@@ -199,10 +198,7 @@ impl Planted {
 
     /// Settings of the unit that the change sets; `share` 0 those of the baseline, 1 of the candidate.
     fn settings(&self, share: f64) -> Vec<(&'static str, f64)> {
-        let nominal = |key: &str| {
-            let parameter = PARAMETERS.iter().find(|p| p.key == key).expect("a setting of units");
-            parameter.get(&UnitSettings::default())
-        };
+        let nominal = |key: &str| parameter(key).get(&UnitSettings::default());
         match self.change {
             Change::CommandDelay(delay_s) => {
                 let key = "el.command-delay";
@@ -345,12 +341,17 @@ impl Bed {
     }
 }
 
+/// The setting of a unit with this key.
+fn parameter(key: &str) -> &'static Setting<FieldOfPart<UnitSettings>> {
+    PARAMETERS.iter().find(|parameter| parameter.key == key).expect("a setting of units")
+}
+
 /// A state file with these settings.
 fn state(settings: &[(&'static str, f64)]) -> String {
     let mut text = "schema = 1\nid = \"planted\"\ntitle = \"Planted\"\n".to_owned();
     let mut table = "";
     for (key, value_si) in settings {
-        let parameter = PARAMETERS.iter().find(|p| p.key == *key).expect("a setting of units");
+        let parameter = parameter(key);
         let (own_table, own) = parameter.table_and_key();
         if own_table != table {
             text += &format!("[{own_table}]\n");

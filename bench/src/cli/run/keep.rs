@@ -1,13 +1,12 @@
 //! What a run keeps: its folder, results, reports, and the last lines on the terminal.
 
-use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use reports::record::Results;
 
 use super::output;
 use crate::campaign::RunResult;
-use crate::cli::record;
+use crate::cli::{folders, record};
 use crate::clock::Stopwatch;
 use crate::exit;
 use crate::judge::{Fold, fold};
@@ -25,15 +24,9 @@ pub(super) fn folder(wanted: Option<&Path>) -> Result<PathBuf, u8> {
         ));
         return Err(exit::USAGE);
     }
-    let cannot = |folder: &Path, error: std::io::Error| {
-        output::error(&format!("{}: {error}; {OUTPUT_HELP}", folder.display()));
-        exit::BENCH
-    };
-    let Some(folder) = wanted else {
-        return next_number().map_err(|(folder, error)| cannot(&folder, error));
-    };
+    let Some(folder) = wanted else { return folders::next_number(Path::new("runs")) };
     if folder.exists() {
-        let mut inside = std::fs::read_dir(folder).map_err(|error| cannot(folder, error))?;
+        let mut inside = std::fs::read_dir(folder).map_err(|error| folders::unwritable(folder, &error))?;
         if inside.next().is_some() {
             output::error(&format!(
                 "--out {}: the folder is not empty; a run never overwrites another, choose a new folder",
@@ -42,24 +35,8 @@ pub(super) fn folder(wanted: Option<&Path>) -> Result<PathBuf, u8> {
             return Err(exit::USAGE);
         }
     }
-    std::fs::create_dir_all(folder).map_err(|error| cannot(folder, error))?;
+    std::fs::create_dir_all(folder).map_err(|error| folders::unwritable(folder, &error))?;
     Ok(folder.to_owned())
-}
-
-/// Makes `runs/<n>`, one after the largest number there is; where another run has just taken that, the next.
-fn next_number() -> Result<PathBuf, (PathBuf, std::io::Error)> {
-    let runs = Path::new("runs");
-    std::fs::create_dir_all(runs).map_err(|error| (runs.to_owned(), error))?;
-    loop {
-        let taken = std::fs::read_dir(runs).ok().into_iter().flatten().flatten();
-        let largest = taken.filter_map(|e| e.file_name().to_str()?.parse::<u32>().ok()).max().unwrap_or(0);
-        let folder = runs.join(largest.saturating_add(1).to_string());
-        match std::fs::create_dir(&folder) {
-            Ok(()) => return Ok(folder),
-            Err(error) if error.kind() == ErrorKind::AlreadyExists && largest < u32::MAX => {}
-            Err(error) => return Err((folder, error)),
-        }
-    }
 }
 
 /// Findings and record of a run.
