@@ -7,10 +7,9 @@ use controllers::velocity::VelocityController;
 use external_law::rows::{LawInput, LawSetup};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
+use validation::compiled;
 
 use crate::bench::{content, folder, run_in, write};
-
-pub(crate) mod compiled;
 
 const PERIOD_S: f64 = 2.5e-4;
 const LIMIT_NM: f64 = 1882.0;
@@ -130,7 +129,13 @@ fn a_procedure_with_the_example_has_rows_and_findings_of_the_built_in_law_and_it
 
 /// What `run` says to a law; it must be a mistake (exit 2), and nothing may have been written.
 fn refused(folder: &Path, asked: &str) -> String {
-    let said = run_in(folder, &["run", "./short.toml", "--out", "refused", "--law", asked]);
+    refused_with(folder, asked, &[])
+}
+
+/// The same with further arguments.
+fn refused_with(folder: &Path, asked: &str, arguments: &[&str]) -> String {
+    let all = [&["run", "./short.toml", "--out", "refused", "--law", asked], arguments].concat();
+    let said = run_in(folder, &all);
     assert_eq!(said.code, 2, "{asked}: {}\n{}", said.out, said.err);
     assert!(!folder.join("refused/journal.jsonl").exists(), "{asked}: a run was begun");
     said.err
@@ -187,13 +192,6 @@ fn a_library_of_another_digest_version_or_layout_is_refused_before_motion() {
     let other = "0".repeat(64);
     let said = refused(at, &format!("az=velocity_pi.so@{other}"));
     assert!(said.contains(&format!("expected SHA-256 {other}, found {digest}")), "{said}");
-    let on_a_wire = ["run", "wired", "--rig", "wired", "--law", &format!("az=velocity_pi.so@{digest}")];
-    let wired = run_in(at, &on_a_wire);
-    assert!(
-        wired.code == 2 && wired.err.contains("external laws run in the tiers virtual and paced only"),
-        "{}",
-        wired.err
-    );
     let said = refused(at, &format!("ax=velocity_pi.so@{digest}"));
     assert!(said.contains("has no axis `ax`; expected az, el"), "{said}");
     let said = refused(at, &format!("az=missing.so@{digest}"));
@@ -201,4 +199,37 @@ fn a_library_of_another_digest_version_or_layout_is_refused_before_motion() {
     let text = write(at, "text.so", "no library");
     let said = refused(at, &format!("az=text.so@{}", compiled::digest(&text)));
     assert!(said.contains("text.so: cannot be loaded"), "{said}");
+}
+
+#[test]
+fn a_library_that_needs_another_library_is_refused_because_its_digest_does_not_cover_that() {
+    let folder = folder();
+    let at = folder.path();
+    write(at, "short.toml", PROCEDURE);
+    compiled::c(at, "libgains", "double gain(void) { return 1.0; }\n");
+    let text = "#include \"velocity_pi.c\"\ndouble gain(void);\ndouble used(void) { return gain(); }\n";
+    let library = compiled::c_linked(at, "needy", text, &["-L.", "-lgains"]);
+    let said = refused(at, &format!("az=needy.so@{}", compiled::digest(&library)));
+    assert!(said.contains("needy.so: needs `libgains.so`, which its SHA-256 does not cover"), "{said}");
+}
+
+#[test]
+fn a_library_that_crashes_or_hangs_while_it_is_loaded_in_its_own_process_is_named_and_does_not_take_bench_along()
+ {
+    let folder = folder();
+    let at = folder.path();
+    write(at, "short.toml", PROCEDURE);
+    for (name, does, expected) in [
+        ("crashes", "abort();", "crashes.so: its process ended before it had described the law"),
+        ("hangs", "for (;;) sleep(1);", "hangs.so: its process has not described the law within 10 s"),
+    ] {
+        let text = format!(
+            "#include \"velocity_pi.c\"\n#include <unistd.h>\n\
+             __attribute__((constructor)) static void loaded(void) {{ {does} }}\n"
+        );
+        let library = compiled::c(at, name, &text);
+        let asked = format!("az={name}.so@{}", compiled::digest(&library));
+        let said = refused_with(at, &asked, &["--host-laws"]);
+        assert!(said.contains(expected), "{said}");
+    }
 }

@@ -17,7 +17,6 @@ const GAINS: &str = include_str!("../controllers/params/director.toml");
 fn desk(folder: &Path) {
     let campaign = "schema = 1\nid = \"loop\"\ntitle = \"One loop\"\nmust-measure = [\"VEL-BW\"]\nclaim = \"screening\"\n\
         requirements = \"shipped:requirements.toml\"\n\
-        [[procedure]]\nfile = \"shipped:polarity.toml\"\n\
         [[procedure]]\nfile = \"shipped:regression/el-velocity-loop.toml\"\n";
     write(folder, "loop.toml", campaign);
     let criteria = "schema = 1\n[[criterion]]\nrequirement = \"VEL-BW\"\nmargin = \"0.1 Hz\"\n\
@@ -285,5 +284,4 @@ fn an_arm_that_drops_tracker_frames_leaves_every_other_stream_of_the_log_unchang
 /// Trackers measured at rest: no loop is closed by what they see.
 const STILL: &str = "schema = 1\nid = \"still\"\ntitle = \"Trackers at rest\"\nmust-measure = []\nclaim = \"screening\"\n\
     requirements = \"shipped:requirements.toml\"\n\
-    [[procedure]]\nfile = \"shipped:polarity.toml\"\n\
     [[procedure]]\nfile = \"shipped:quick/az-coarse-latency.toml\"\n";

@@ -2,15 +2,12 @@
 //! loops alone. Needs the command `cc`.
 #![allow(clippy::print_stdout)]
 
-use std::path::{Path, PathBuf};
-use std::process::Command;
-use std::sync::Arc;
 use std::sync::atomic::AtomicU16;
 
 use bench::clock::{Clock, Stopwatch};
 use bench::cycle::axis_loop::AxisLoop;
 use bench::cycle::dither::Dither;
-use bench::cycle::laws::{Hosting, Law, Laws};
+use bench::cycle::laws::{Law, Laws};
 use bench::cycle::recorder::Recorder;
 use bench::cycle::run::{Conditions, run_point};
 use bench::files::parameters;
@@ -20,13 +17,12 @@ use bench::model::rig::Rig;
 use bench::rig::OpenRig;
 use bench::rig::wires::Wires;
 use drivers::cia402::Actuals;
-use external_law::Library;
 use procedures::case::{Case, Mode, Segment};
 use procedures::log::Plan;
 use procedures::stimulus::{ProfileLimits, Setpoint, Stimulus};
-use sha2::{Digest, Sha256};
 use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
 use sim_devices::unit::UnitSettings;
+use validation::compiled;
 use validation::conditions::of_point;
 
 /// Rounds of each sort of law, taken in turn; the best one counts, because others only disturb.
@@ -35,28 +31,11 @@ const SIMULATED_S: f64 = 10.0;
 /// Ticks of the axis loops alone.
 const TICKS: u32 = 200_000;
 
-/// The example in C, compiled.
-fn library(folder: &Path) -> Library {
-    let interface = Path::new(env!("CARGO_MANIFEST_DIR")).join("../controllers/abi");
-    let file = folder.join("velocity_pi.so");
-    let built = Command::new("cc")
-        .args(["-std=c11", "-O2", "-ffp-contract=off", "-shared", "-fPIC", "-I"])
-        .arg(&interface)
-        .arg("-o")
-        .arg(&file)
-        .arg(interface.join("examples/velocity_pi.c"))
-        .status();
-    assert!(built.is_ok_and(|status| status.success()), "cc compiles the example");
-    let digest = Sha256::digest(std::fs::read(&file).expect("a library"));
-    let digest: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
-    Library::load(&file, &digest).expect("the example is sound")
-}
-
-/// Both axes by the law of a library.
-fn laws(library: &Arc<Library>, hosting: &Hosting) -> Laws {
+/// Both axes by a law.
+fn laws(law: &Law) -> Laws {
     let mut laws = Laws::default();
     for axis in ["az", "el"] {
-        laws.insert(axis, Law { library: Arc::clone(library), hosting: hosting.clone() });
+        laws.insert(axis, law.clone());
     }
     laws
 }
@@ -138,12 +117,12 @@ fn main() {
     let rig =
         read_rig(shipped::find(Folder::Rigs, "sim", None).expect("a shipped rig")).expect("a valid rig");
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let library = Arc::new(library(folder.path()));
-    let child = Hosting::Child { program: PathBuf::from(env!("CARGO_BIN_EXE_bench")), deadline: None };
+    let library = compiled::c_example(folder.path());
+    let hosted = compiled::hosted(&library, env!("CARGO_BIN_EXE_bench"), None);
     let sorts = [
         ("built in", Laws::default()),
-        ("external, in process", laws(&library, &Hosting::InProcess)),
-        ("external, process of its own", laws(&library, &child)),
+        ("external, in process", laws(&compiled::in_process(&library))),
+        ("external, process of its own", laws(&hosted)),
     ];
     let mut best = [[f64::INFINITY; 2]; 3];
     for _ in 0..ROUNDS {

@@ -34,6 +34,7 @@ mod point;
 mod procedure;
 mod procedure_run;
 mod schedule;
+pub(crate) mod simulated;
 
 pub use procedure_run::ProcedureRun;
 

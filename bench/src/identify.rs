@@ -3,7 +3,8 @@
 //! What a unit with given settings would show is a function for each measurand ([`relations`]). The settings are those that explain
 //! all findings best, the base unit being weak prior knowledge ([`procedures::identification`]): several findings of one setting are
 //! weighted by their inverse variances, a finding of several settings moves all of them, and a setting of which nothing was found
-//! keeps the value of the base. Modes over elevation scale the curves of the base ([`modes`]).
+//! keeps the value of the base. Modes over elevation scale the curves of the base ([`modes`]). What only shows in curves is found by
+//! runs of the procedure on candidate twins ([`rehearsal`]).
 
 use procedures::measurement::Measurement;
 use procedures::verdict::coverage_factor;
@@ -13,6 +14,7 @@ use sim_devices::unit::UnitSettings;
 use crate::model::rig::Rig;
 
 mod modes;
+mod rehearsal;
 mod relations;
 mod settings;
 mod shown;
@@ -20,6 +22,7 @@ mod shown;
 mod tests;
 mod text;
 
+pub use rehearsal::Rehearsal;
 pub use text::unit_file;
 
 /// What the bench itself has to do with its findings.

@@ -9,9 +9,10 @@ use std::time::Duration;
 use external_law::shared::Mapping;
 use external_law::{Instance, Library};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::process::{Signal, set_parent_process_death_signal};
 
 use crate::clock;
-use crate::cycle::laws::READY;
+use crate::cycle::laws::{READY, describe};
 use crate::exit;
 use crate::realtime::privileges;
 
@@ -24,25 +25,39 @@ pub(super) struct Args {
     file: PathBuf,
     /// Its SHA-256
     sha256: String,
+    /// Say what the library says of itself, and step nothing
+    #[arg(long)]
+    describe: bool,
 }
 
 pub(super) fn run(args: &Args) -> u8 {
-    let ready = |made: &Result<(Mapping, Instance), String>| {
-        let word = made.as_ref().map_or_else(|why| why.as_str(), |_| READY);
-        let mut output = std::io::stdout();
-        writeln!(output, "{word}").and_then(|()| output.flush())
-    };
-    // The code of others gets none of the rights that the program may have been given.
+    // The code of others gets none of the rights that the program may have been given, and does not outlive it.
     privileges::give_up();
+    // A system that refuses leaves a law that ends when it next looks for its bench.
+    let _ = set_parent_process_death_signal(Some(Signal::KILL));
     clock::give_way_a_little();
-    let made = make(&args.file, &args.sha256);
-    match (ready(&made), made) {
-        (Ok(()), Ok((rows, law))) => {
+    if args.describe {
+        let described = Library::load(&args.file, &args.sha256);
+        let said = described.map_or_else(|why| why.to_string(), |library| describe(library.description()));
+        return if say(&said) { exit::PASS } else { exit::BENCH };
+    }
+    match make(&args.file, &args.sha256) {
+        Ok((rows, law)) if say(READY) => {
             serve(&rows, law);
             exit::PASS
         }
-        _ => exit::BENCH,
+        Ok(_) => exit::BENCH,
+        Err(why) => {
+            say(&why);
+            exit::BENCH
+        }
     }
+}
+
+/// Says a line to the process that runs the axes; whether it could.
+fn say(line: &str) -> bool {
+    let mut output = std::io::stdout();
+    writeln!(output, "{line}").and_then(|()| output.flush()).is_ok()
 }
 
 fn make(file: &Path, sha256: &str) -> Result<(Mapping, Instance), String> {

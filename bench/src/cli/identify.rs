@@ -8,7 +8,7 @@ use super::{output, results};
 use crate::exit;
 use crate::files::rig::read_rig;
 use crate::files::unit::load_unit;
-use crate::identify::{self, Identified, Setup, unit_file};
+use crate::identify::{self, Identified, Rehearsal, Setup, unit_file};
 use crate::record::page::Page;
 use crate::record::{durable, evidence};
 
@@ -48,16 +48,17 @@ fn write(args: &Args) -> Result<u8, u8> {
     let settings = base.director().ok_or_else(|| {
         output::mistake(&format!("--base {}: not a director; `bench list units` lists units", args.base))
     })?;
-    let found = identify::identify(&results.findings, &setup, settings);
+    let mut found = identify::identify(&results.findings, &setup, settings);
+    Rehearsal { findings: &results.findings, run: &args.run, rig: &rig, base: &base }.identify(&mut found);
     if found.settings.is_empty() && found.curves.is_empty() {
         let run = args.run.display();
         return Err(output::mistake(&format!(
             "{run}: no finding says anything of a setting; run a campaign that measures the unit, e.g. `bench run quick`"
         )));
     }
-    let base = base_from(&args.base);
+    let base_from = base_from(&args.base);
     let title = format!("Twin of {}", results.findings.unit);
-    let text = unit_file(&found, &id, &title, &base, &about(&results.findings, &page));
+    let text = unit_file(&found, &id, &title, &base_from, &about(&results.findings, &page));
     durable::write(&args.out, text.as_bytes()).map_err(|error| {
         output::error(&format!("{}: {error}; {}", args.out.display(), durable::OUTPUT_HELP));
         exit::BENCH

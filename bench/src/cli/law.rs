@@ -1,14 +1,13 @@
 //! Options for external velocity laws.
 
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use controllers::parameter::AXIS_PARAMETERS;
-use external_law::{Library, Parameter};
+use external_law::Parameter;
 use procedures::diagnostic::nearest;
 
 use super::output;
-use crate::cycle::laws::{DEADLINE, Hosting, Law, Laws};
+use crate::cycle::laws::{DEADLINE, Law, Laws};
 use crate::exit;
 use crate::files::settings::quantity_kind;
 use crate::model::rig::{Rig, Tier};
@@ -81,26 +80,16 @@ impl LawArgs {
                 axes.join(", ")
             ));
         }
-        // Its description is read in this process: a library that starts threads could end the bench while real axes move.
-        if rig.tier.is_wired() {
-            return Err(format!(
-                "{file}: the axes of rig `{}` are at the end of a wire; external laws run in the tiers virtual and paced only: \
-                 rehearse the rig with `--tier paced`",
-                rig.id
-            ));
-        }
-        let library = Library::load(&asked.file, &asked.sha256).map_err(|error| error.to_string())?;
-        for parameter in library.parameters() {
+        let hosted = |deadline| Law::hosted(&asked.file, &asked.sha256, PathBuf::from(ITSELF), deadline);
+        let law = match rig.tier {
+            Tier::Virtual if !self.host_laws => Law::in_process(&asked.file, &asked.sha256),
+            Tier::Virtual => hosted(None),
+            Tier::Paced | Tier::Wired | Tier::Hardware => hosted(Some(DEADLINE)),
+        }?;
+        for parameter in &law.description.parameters {
             check(parameter).map_err(|why| format!("{file}: parameter `{}`: {why}", parameter.name))?;
         }
-        let hosting = match rig.tier {
-            Tier::Virtual if !self.host_laws => Hosting::InProcess,
-            Tier::Virtual => Hosting::Child { program: PathBuf::from(ITSELF), deadline: None },
-            Tier::Paced | Tier::Wired | Tier::Hardware => {
-                Hosting::Child { program: PathBuf::from(ITSELF), deadline: Some(DEADLINE) }
-            }
-        };
-        match laws.insert(&asked.axis, Law { library: Arc::new(library), hosting }) {
+        match laws.insert(&asked.axis, law) {
             true => Ok(()),
             false => Err(format!("{file}: the axis has a law already; name one `--law` for each axis")),
         }

@@ -385,14 +385,15 @@ impl AxisLoop {
             acceleration_rad_per_s2: wished.acceleration_rad_per_s2,
             sent_nm: self.sent_nm,
         };
-        let mut torque_nm = 0.0;
         // Steps for missed periods, with the present values held; only the last one gives the torque.
-        for _ in 0..self.passed[1].max(1) {
-            torque_nm = match (&mut self.detuned, wanted) {
-                (Some(detuned), Some(_)) => detuned.update(command, rate_rad_per_s, feed_forward_nm),
-                _ => self.velocity.update(&input, self.sent_nm - self.sent_added_nm),
-            };
-        }
+        let steps = self.passed[1].max(1);
+        let torque_nm = match (&mut self.detuned, wanted) {
+            (Some(detuned), Some(_)) => {
+                let step = |_| detuned.update(command, rate_rad_per_s, feed_forward_nm);
+                (0..steps).map(step).last().unwrap_or(0.0)
+            }
+            _ => self.velocity.update(&input, self.sent_nm - self.sent_added_nm, steps),
+        };
         let torque_nm = torque_nm + added_nm;
         torque_nm.clamp(-self.max_torque_nm, self.max_torque_nm)
     }

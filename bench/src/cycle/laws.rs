@@ -1,7 +1,7 @@
 //! External velocity laws of a run, by axis, and where they are stepped.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -9,7 +9,7 @@ use controllers::AxisGains;
 use controllers::parameter::AXIS_PARAMETERS;
 use drivers::device::DeviceError;
 use external_law::rows::{LawInput, LawOutput, LawSetup};
-use external_law::{Instance, Library, Parameter};
+use external_law::{Description, Instance, Library, Parameter};
 use reports::record::LawRecord;
 
 use crate::cycle::velocity_loop::{External, LawFault};
@@ -17,21 +17,21 @@ use crate::model::axis::RigAxis;
 
 mod child;
 
-pub(crate) use child::READY;
+pub(crate) use child::{READY, describe};
 
-/// Longest time for an answer of a law in another process, where time is real.
+/// Longest time for the answers of a law in another process in one tick, where time is real.
 pub const DEADLINE: Duration = Duration::from_micros(100);
 
 /// Where a law is stepped.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 pub enum Hosting {
-    /// In this process: a law that crashes takes the run with it. In virtual time only.
-    InProcess,
-    /// In a process of its own.
+    /// In this process, by the loaded library: a law that crashes takes the run with it. In virtual time only.
+    InProcess(Arc<Library>),
+    /// In a process of its own, which alone loads the library.
     Child {
         /// The program `bench`.
         program: PathBuf,
-        /// Longest time for an answer; `None` in virtual time, which waits.
+        /// Longest time for the answers of a tick; `None` in virtual time, which waits.
         deadline: Option<Duration>,
     },
 }
@@ -39,8 +39,12 @@ pub enum Hosting {
 /// An external law.
 #[derive(Clone, Debug)]
 pub struct Law {
-    /// The loaded library.
-    pub library: Arc<Library>,
+    /// The library as it was named.
+    pub file: String,
+    /// SHA-256 of the library, hexadecimal.
+    pub sha256: String,
+    /// What the library says of itself.
+    pub description: Description,
     /// Where it is stepped.
     pub hosting: Hosting,
 }
@@ -64,19 +68,19 @@ impl Laws {
 
     /// Whether any of them is stepped in this process.
     pub fn any_in_process(&self) -> bool {
-        self.by_axis.values().any(|law| law.hosting == Hosting::InProcess)
+        self.by_axis.values().any(|law| matches!(law.hosting, Hosting::InProcess(_)))
     }
 
     /// What the record of a run says of them.
     pub fn records(&self) -> Vec<LawRecord> {
         let record = |(axis, law): (&String, &Law)| LawRecord {
             axis: axis.clone(),
-            name: law.library.name().to_owned(),
-            version: law.library.version().to_owned(),
-            file: law.library.file().to_owned(),
-            sha256: law.library.sha256().to_owned(),
+            name: law.description.name.clone(),
+            version: law.description.version.clone(),
+            file: law.file.clone(),
+            sha256: law.sha256.clone(),
             hosting: match law.hosting {
-                Hosting::InProcess => "in process".to_owned(),
+                Hosting::InProcess(_) => "in process".to_owned(),
                 Hosting::Child { .. } => "process of its own".to_owned(),
             },
         };
@@ -85,6 +89,41 @@ impl Laws {
 }
 
 impl Law {
+    /// Loads a library whose law is stepped in this process.
+    ///
+    /// # Errors
+    /// As [`Library::load`].
+    pub fn in_process(path: &Path, sha256: &str) -> Result<Self, String> {
+        let library = Library::load(path, sha256).map_err(|error| error.to_string())?;
+        Ok(Self {
+            file: library.file().to_owned(),
+            sha256: library.sha256().to_owned(),
+            description: library.description().clone(),
+            hosting: Hosting::InProcess(Arc::new(library)),
+        })
+    }
+
+    /// A law that is stepped in a process of its own. Its description is read in one, too: this process never runs code of the
+    /// library.
+    ///
+    /// # Errors
+    /// As [`Library::load`]; when that process crashes or does not answer.
+    pub fn hosted(
+        path: &Path,
+        sha256: &str,
+        program: PathBuf,
+        deadline: Option<Duration>,
+    ) -> Result<Self, String> {
+        let description = child::description(&program, path, sha256)?;
+        let file = path.display().to_string();
+        Ok(Self {
+            file,
+            sha256: sha256.to_owned(),
+            description,
+            hosting: Hosting::Child { program, deadline },
+        })
+    }
+
     /// An instance for an axis with these gains.
     pub(super) fn start(
         &self,
@@ -101,16 +140,15 @@ impl Law {
             inertia_kg_m2: limits.inertia_kg_m2,
         };
         let failed = |reason: String| DeviceError::Bus { device: format!("law of {}", axis.name), reason };
-        let values = self.library.parameters().iter().map(|parameter| value_si(parameter, gains));
+        let values = self.description.parameters.iter().map(|parameter| value_si(parameter, gains));
         let values: Vec<f64> = values.collect::<Result<_, _>>().map_err(failed)?;
         let law = match &self.hosting {
-            Hosting::InProcess => {
-                let instance =
-                    self.library.create(&setup, &values).map_err(|error| failed(error.to_string()))?;
+            Hosting::InProcess(library) => {
+                let instance = library.create(&setup, &values).map_err(|error| failed(error.to_string()))?;
                 Stepped::InProcess(instance)
             }
             Hosting::Child { program, deadline } => {
-                let child = child::Child::start(program, &self.library, &setup, &values, *deadline);
+                let child = child::Child::start(program, self, &setup, &values, *deadline);
                 Stepped::Child(child.map_err(failed)?)
             }
         };
@@ -137,6 +175,14 @@ pub(super) enum Stepped {
 }
 
 impl Stepped {
+    /// From here on counts the time for the answers of a tick.
+    pub(super) fn begin_tick(&mut self) {
+        match self {
+            Self::InProcess(_) => {}
+            Self::Child(child) => child.begin_tick(),
+        }
+    }
+
     pub(super) fn step(&mut self, input: &LawInput) -> Result<LawOutput, LawFault> {
         match self {
             Self::InProcess(instance) => Ok(instance.step(input)),

@@ -86,6 +86,12 @@ pub(super) struct External {
 }
 
 impl External {
+    /// The steps of one tick, which have one deadline together; the torque of the last.
+    fn steps(&mut self, input: &LawInput, steps: u32) -> Result<f64, LawFault> {
+        self.law.begin_tick();
+        (0..steps).try_fold(0.0, |_, _| self.step(input))
+    }
+
     fn step(&mut self, input: &LawInput) -> Result<f64, LawFault> {
         let LawOutput { torque_nm, fault: code, .. } = self.law.step(input)?;
         if code != 0.0 {
@@ -147,28 +153,32 @@ impl VelocityLoop {
             acceleration_rad_per_s2: 0.0,
             sent_nm: torque_nm,
         };
-        if let Some(external) = self.external.as_mut().filter(|external| external.in_use)
-            && let Err(fault) = external.step(&input)
-        {
-            external.in_use = false;
-            self.fault = Some(fault);
+        if let Some(external) = self.external.as_mut().filter(|external| external.in_use) {
+            external.law.begin_tick();
+            if let Err(fault) = external.step(&input) {
+                external.in_use = false;
+                self.fault = Some(fault);
+            }
         }
     }
 
-    /// One step; returns the torque. If the external law fails in it, the built-in law makes this torque and all later ones. It goes
-    /// on from `own_nm`, the torque of the last tick without what a test added to it: nothing of an excitation may stay in a stop.
-    pub(super) fn update(&mut self, input: &LawInput, own_nm: f64) -> f64 {
+    /// The steps of one tick; returns the torque of the last one. If the external law fails in one of them, the built-in law makes
+    /// this torque and all later ones. It goes on from `own_nm`, the torque of the last tick without what a test added to it:
+    /// nothing of an excitation may stay in a stop.
+    pub(super) fn update(&mut self, input: &LawInput, own_nm: f64, steps: u32) -> f64 {
         let LawInput { reference_rad_per_s, rate_rad_per_s, feed_forward_nm, .. } = *input;
         if let Some(external) = self.external.as_mut().filter(|external| external.in_use) {
-            match external.step(input) {
+            match external.steps(input, steps) {
                 Ok(torque_nm) => return torque_nm,
                 Err(fault) => {
                     external.in_use = false;
                     self.fault = Some(fault);
                     self.built_in.take_over(own_nm, reference_rad_per_s, rate_rad_per_s, feed_forward_nm);
+                    return self.built_in.update(reference_rad_per_s, rate_rad_per_s, feed_forward_nm);
                 }
             }
         }
-        self.built_in.update(reference_rad_per_s, rate_rad_per_s, feed_forward_nm)
+        let step = |_| self.built_in.update(reference_rad_per_s, rate_rad_per_s, feed_forward_nm);
+        (0..steps).map(step).last().unwrap_or(0.0)
     }
 }

@@ -10,7 +10,7 @@ use super::{CONTRADICTS_U, Finding, Identified, IdentifiedSetting, Setup, Standi
 mod spread;
 
 /// A setting is measured if the findings leave at most this share of the uncertainty that it had before.
-const MEASURED_RATIO: f64 = 0.5;
+pub(super) const MEASURED_RATIO: f64 = 0.5;
 /// A setting that keeps more than this share of it is left as the base has it.
 const UNTOUCHED_RATIO: f64 = 0.99;
 /// A finding with a smaller share in a value is not named as its evidence.
@@ -45,6 +45,11 @@ struct Problem<'a> {
     sought: Vec<usize>,
     setup: &'a Setup,
     base: &'a UnitSettings,
+}
+
+/// How far a setting of a unit may be from this value of its base: a standard uncertainty, SI.
+pub(super) fn spread_si(setting: &Setting<FieldOfPart<UnitSettings>>, value_si: f64) -> f64 {
+    spread::of(setting, value_si)
 }
 
 fn setting(place: usize) -> &'static Setting<FieldOfPart<UnitSettings>> {

@@ -10,17 +10,13 @@ use procedures::verdict::{Judgement, Verdict};
 use reports::record::{Findings, Status};
 
 use super::work::Arm;
-use crate::campaign::{self, ProcedureRun, RunResult, Setup};
+use crate::campaign::simulated::{NoResult, Simulated};
+use crate::campaign::{ProcedureRun, RunResult};
 use crate::exit;
-use crate::judge::{self, Fold, fold};
+use crate::judge::{Fold, fold};
 use crate::model::rig::Rig;
-use crate::people::Answers;
-use crate::people::event::{Listener, RunEvent};
-use crate::people::lock;
 use crate::people::signals;
-use crate::people::underway::Underway;
 use crate::plan::CampaignPlan;
-use crate::site::VirtualSite;
 use crate::site::unit::Unit;
 
 /// Why a run says nothing of its controller.
@@ -52,13 +48,6 @@ pub(super) struct Job<'a> {
     pub(super) stop: &'a Arc<AtomicU16>,
 }
 
-/// Nobody listens to one run of many.
-struct Nobody;
-
-impl Listener for Nobody {
-    fn hear(&mut self, _event: &RunEvent) {}
-}
-
 impl Job<'_> {
     fn failure(&self, why: String, exit_code: u8) -> RunFailure {
         RunFailure { unit: self.number, seed: self.seed, why, exit_code }
@@ -74,34 +63,17 @@ impl Job<'_> {
             self.failure(texts.join("\n"), exit::USAGE)
         };
         let unit = self.arm.laid_over(self.unit).map_err(mistakes)?;
-        let built = self.plan.units(&unit).map_err(mistakes)?;
-        std::fs::create_dir_all(self.folder)
-            .map_err(|error| self.failure(format!("{}: {error}", self.folder.display()), exit::BENCH))?;
-        let site = VirtualSite::new(&unit, &built);
-        let setup = Setup {
+        let simulated = Simulated {
             plan: self.plan,
             rig: self.rig,
-            unit: &unit,
-            built: built.clone(),
             gains: &self.arm.gains,
-            laws: self.arm.laws.clone(),
-            folder: self.folder.to_owned(),
+            laws: &self.arm.laws,
+            unit: &unit,
             seed: self.seed,
-            jobs: Some(1),
-            answers: Answers { yes: true, non_interactive: true, ..Answers::default() },
-            lock_folder: lock::system_folder(),
-            operator: None,
-            serial_number: None,
-            command_line: String::new(),
-            underway: Underway::default(),
-            stop: Arc::clone(self.stop),
-            polarity: None,
-            site: &site,
-            judge: judge::judge_log,
-            judge_program: None,
+            folder: self.folder,
+            stop: self.stop,
         };
-        let result = campaign::run(&setup, &mut Nobody)
-            .map_err(|error| self.failure(error.to_string(), exit::BENCH))?;
+        let result = simulated.run().map_err(|NoResult { why, exit_code }| self.failure(why, exit_code))?;
         self.replicate(result)
     }
 

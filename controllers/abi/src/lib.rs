@@ -8,4 +8,4 @@ mod library;
 pub mod rows;
 pub mod shared;
 
-pub use library::{Instance, Library, LibraryError, Parameter};
+pub use library::{Description, Instance, Library, LibraryError, Parameter};

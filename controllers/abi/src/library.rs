@@ -10,6 +10,7 @@ use std::ptr::NonNull;
 
 use libloading::os::unix::{Library as Loaded, RTLD_LOCAL, RTLD_NOW};
 use rustix::fs::{MemfdFlags, SealFlags, fcntl_add_seals, memfd_create};
+use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
 use crate::rows::{
@@ -18,6 +19,9 @@ use crate::rows::{
 
 /// Largest library that is read.
 const MOST_BYTES: u64 = 256 << 20;
+/// Shared libraries that a law may need: how their names begin.
+const OF_THE_SYSTEM: &[&str] =
+    &["libc.so.", "libm.so.", "libgcc_s.so.", "libpthread.so.", "libdl.so.", "librt.so.", "ld-linux"];
 /// Longest name, version or unit.
 const MOST_LETTERS: usize = 100;
 
@@ -31,8 +35,19 @@ pub struct LibraryError {
     pub reason: String,
 }
 
+/// What a library says of itself.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Description {
+    /// Name of the law.
+    pub name: String,
+    /// Version of the law.
+    pub version: String,
+    /// Parameters of the law, in the order of their values in [`Library::create`].
+    pub parameters: Vec<Parameter>,
+}
+
 /// A parameter as a library describes it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Parameter {
     /// A key of an axis in the parameter file, or a name of the law's own.
     pub name: String,
@@ -52,9 +67,7 @@ type Destroy = unsafe extern "C" fn(*mut c_void);
 pub struct Library {
     file: String,
     sha256: String,
-    name: String,
-    version: String,
-    parameters: Vec<Parameter>,
+    description: Description,
     create: Create,
     step: Step,
     destroy: Destroy,
@@ -81,6 +94,7 @@ impl Library {
                  (`sha256sum FILE`)"
             ));
         }
+        stands_alone(&bytes)?;
         let loaded = open(&bytes)?;
         let describe: Describe = function(loaded, "bench_law_describe")?;
         let create: Create = function(loaded, "bench_law_create")?;
@@ -88,11 +102,14 @@ impl Library {
         let destroy: Destroy = function(loaded, "bench_law_destroy")?;
         // SAFETY: the function has this signature by the interface, and its library is never unloaded.
         let raw = NonNull::new(unsafe { describe() }.cast_mut()).ok_or("bench_law_describe returned NULL")?;
-        let raw = description(raw)?;
-        let name = text(raw.name, "name of the law")?;
-        let version = text(raw.version, "version of the law")?;
+        let raw = checked(raw)?;
+        let description = Description {
+            name: text(raw.name, "name of the law")?,
+            version: text(raw.version, "version of the law")?,
+            parameters: parameters(&raw)?,
+        };
         let file = path.display().to_string();
-        Ok(Self { file, sha256: found, name, version, parameters: parameters(&raw)?, create, step, destroy })
+        Ok(Self { file, sha256: found, description, create, step, destroy })
     }
 
     /// The file as it was named.
@@ -105,19 +122,9 @@ impl Library {
         &self.sha256
     }
 
-    /// Name of the law.
-    pub fn name(&self) -> &str {
-        &self.name
-    }
-
-    /// Version of the law.
-    pub fn version(&self) -> &str {
-        &self.version
-    }
-
-    /// Parameters of the law, in the order of their values in [`Self::create`].
-    pub fn parameters(&self) -> &[Parameter] {
-        &self.parameters
+    /// What it says of itself.
+    pub fn description(&self) -> &Description {
+        &self.description
     }
 
     /// Makes an instance of the law.
@@ -126,7 +133,7 @@ impl Library {
     /// When there is not one value for each parameter, or the library makes no instance.
     pub fn create(&self, setup: &LawSetup, values_si: &[f64]) -> Result<Instance, LibraryError> {
         let failed = |reason: String| LibraryError { file: self.file.clone(), reason };
-        let expected = self.parameters.len();
+        let expected = self.description.parameters.len();
         if values_si.len() != expected {
             return Err(failed(format!("expected {expected} parameters, found {}", values_si.len())));
         }
@@ -187,6 +194,19 @@ fn hex(digest: &[u8]) -> String {
     })
 }
 
+/// Whether the library needs none but those of the system: the digest covers no other, and two laws in one process could share it.
+fn stands_alone(bytes: &[u8]) -> Result<(), String> {
+    // What is no ELF file at all is told by the loader.
+    let Ok(elf) = goblin::elf::Elf::parse(bytes) else { return Ok(()) };
+    match elf.libraries.iter().find(|needed| !OF_THE_SYSTEM.iter().any(|own| needed.starts_with(own))) {
+        None => Ok(()),
+        Some(needed) => Err(format!(
+            "needs `{needed}`, which its SHA-256 does not cover; link it statically (allowed: {})",
+            OF_THE_SYSTEM.join(", ")
+        )),
+    }
+}
+
 /// Loads a library from a sealed copy of its bytes. Neither library nor copy is ever given back: descriptions and
 /// functions stay valid, and the name of the copy cannot come to stand for another one.
 fn open(bytes: &[u8]) -> Result<&'static Loaded, String> {
@@ -219,7 +239,7 @@ fn function<F: Copy>(loaded: &'static Loaded, name: &str) -> Result<F, String> {
 }
 
 /// The description, once version and sizes are those of this bench.
-fn description(raw: NonNull<RawDescription>) -> Result<RawDescription, String> {
+fn checked(raw: NonNull<RawDescription>) -> Result<RawDescription, String> {
     // SAFETY: by the interface every version of the description begins with its version.
     let version = unsafe { raw.cast::<u32>().read() };
     if version != ABI_VERSION {

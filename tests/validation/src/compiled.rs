@@ -2,15 +2,15 @@
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::Arc;
+use std::time::Duration;
 
-use bench::cycle::laws::{Hosting, Law, Laws};
+use bench::cycle::laws::Law;
 use external_law::Library;
 use sha2::{Digest, Sha256};
 
 /// Where the header and the examples are.
 fn interface() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../controllers/abi")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../controllers/abi")
 }
 
 fn run(command: &mut Command) {
@@ -19,7 +19,18 @@ fn run(command: &mut Command) {
 }
 
 /// A shared library of this C text, which may include the example.
-pub(crate) fn c(folder: &Path, name: &str, text: &str) -> PathBuf {
+///
+/// # Panics
+/// Where there is no C compiler, or it refuses the text.
+pub fn c(folder: &Path, name: &str, text: &str) -> PathBuf {
+    c_linked(folder, name, text, &[])
+}
+
+/// The same, linked with these arguments in the folder.
+///
+/// # Panics
+/// As [`c`].
+pub fn c_linked(folder: &Path, name: &str, text: &str, link: &[&str]) -> PathBuf {
     let source = folder.join(format!("{name}_built.c"));
     let library = folder.join(format!("{name}.so"));
     std::fs::write(&source, text).expect("a writable folder");
@@ -27,17 +38,23 @@ pub(crate) fn c(folder: &Path, name: &str, text: &str) -> PathBuf {
     let mut command = Command::new(compiler);
     command.args(["-std=gnu11", "-O2", "-Wall", "-Werror", "-ffp-contract=off", "-shared", "-fPIC"]);
     command.arg("-I").arg(interface()).arg("-I").arg(interface().join("examples"));
-    run(command.arg("-o").arg(&library).arg(&source));
+    run(command.arg("-o").arg(&library).arg(&source).args(link).current_dir(folder));
     library
 }
 
 /// The example in C.
-pub(crate) fn c_example(folder: &Path) -> PathBuf {
+///
+/// # Panics
+/// As [`c`].
+pub fn c_example(folder: &Path) -> PathBuf {
     c(folder, "velocity_pi", "#include \"velocity_pi.c\"\n")
 }
 
 /// The example in Rust.
-pub(crate) fn rust_example(folder: &Path) -> PathBuf {
+///
+/// # Panics
+/// Where there is no Rust compiler.
+pub fn rust_example(folder: &Path) -> PathBuf {
     let library = folder.join("velocity_pi_rust.so");
     let compiler = std::env::var("RUSTC").unwrap_or_else(|_| "rustc".to_owned());
     let mut command = Command::new(compiler);
@@ -48,7 +65,10 @@ pub(crate) fn rust_example(folder: &Path) -> PathBuf {
 }
 
 /// The example in C, but for what `spoils` does after each step, with `in` and `out` at hand.
-pub(crate) fn spoilt(folder: &Path, name: &str, spoils: &str) -> PathBuf {
+///
+/// # Panics
+/// As [`c`].
+pub fn spoilt(folder: &Path, name: &str, spoils: &str) -> PathBuf {
     let text = format!(
         "#define bench_law_step pi_step\n#include \"velocity_pi.c\"\n#undef bench_law_step\n#include <unistd.h>\n\
          void bench_law_step(void *law, const bench_law_input *in, bench_law_output *out) {{\n\
@@ -58,19 +78,34 @@ pub(crate) fn spoilt(folder: &Path, name: &str, spoils: &str) -> PathBuf {
 }
 
 /// SHA-256 of a file.
-pub(crate) fn digest(file: &Path) -> String {
+///
+/// # Panics
+/// For an unreadable file.
+pub fn digest(file: &Path) -> String {
     let bytes = std::fs::read(file).expect("a library");
     Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// A library that is loaded by its own digest.
-pub(crate) fn loaded(file: &Path) -> Library {
+///
+/// # Panics
+/// For a library that cannot be loaded.
+pub fn loaded(file: &Path) -> Library {
     Library::load(file, &digest(file)).expect("a sound library")
 }
 
-/// Azimuth by the law of a library.
-pub(crate) fn on_azimuth(file: &Path, hosting: Hosting) -> Laws {
-    let mut laws = Laws::default();
-    assert!(laws.insert("az", Law { library: Arc::new(loaded(file)), hosting }));
-    laws
+/// The law of a library, stepped in this process.
+///
+/// # Panics
+/// For a library that cannot be loaded.
+pub fn in_process(file: &Path) -> Law {
+    Law::in_process(file, &digest(file)).expect("a sound library")
+}
+
+/// The law of a library, stepped in a process of its own by the program `bench`.
+///
+/// # Panics
+/// For a library that cannot be loaded.
+pub fn hosted(file: &Path, program: &str, deadline: Option<Duration>) -> Law {
+    Law::hosted(file, &digest(file), PathBuf::from(program), deadline).expect("a sound library")
 }

@@ -5,6 +5,7 @@
 
 pub mod blind;
 pub mod budget;
+pub mod compiled;
 pub mod conditions;
 pub mod expected;
 pub mod intercepted;

@@ -20,13 +20,15 @@ use controllers::DirectorGains;
 use procedures::diagnostic::Diagnostic;
 use procedures::quantity::QuantityKind;
 use procedures::regression::{
-    ArmRecord, Call, Criteria, Criterion, Look, Outcome, Scale, Shard, Worse, decide, pair,
+    ArmRecord, Call, Criteria, Criterion, Look, Outcome, Replicate, Scale, Shard, Worse, decide, pair,
 };
 use sim_devices::unit::{FieldOfPart, PARAMETERS, Setting, UnitSettings};
 
 use crate::blind::draw;
 use crate::prediction::predict;
 use crate::shipped;
+
+mod anti_windup;
 
 /// A change of one arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,6 +45,8 @@ pub enum Change {
     MirrorNotch(f64),
     /// Tracking without prediction of the target.
     NoPrediction,
+    /// An external law for azimuth whose integral goes on at its torque limit; the baseline is the same law with anti-windup.
+    NoAntiWindup,
 }
 
 /// A change with what it is compared by.
@@ -52,7 +56,7 @@ pub struct Planted {
     pub name: &'static str,
     /// The change.
     pub change: Change,
-    /// Procedure that both arms run through, after the polarity check.
+    /// Procedure that both arms run through.
     pub procedure: &'static str,
     /// Requirement.
     pub requirement: &'static str,
@@ -62,7 +66,7 @@ pub struct Planted {
     pub kind: QuantityKind,
     /// Place where it is compared: how it begins.
     pub place: &'static str,
-    /// The quantity of the model: name, axis, condition.
+    /// Where its effect is known from.
     pub model: Model,
     /// Which way it becomes worse.
     pub worse: Worse,
@@ -72,15 +76,20 @@ pub struct Planted {
     pub expected: Call,
 }
 
-/// A quantity of the linear model.
+/// What tells the effect of a change.
 #[derive(Clone, Copy, Debug)]
-pub struct Model {
-    /// As predictions call it.
-    pub quantity: &'static str,
-    /// 0 azimuth, 1 elevation.
-    pub axis: usize,
-    /// As predictions call it.
-    pub condition: &'static str,
+pub enum Model {
+    /// A quantity of the linear model.
+    Linear {
+        /// As predictions call it.
+        quantity: &'static str,
+        /// 0 azimuth, 1 elevation.
+        axis: usize,
+        /// As predictions call it.
+        condition: &'static str,
+    },
+    /// A step of azimuth that saturates, on a rigid axis with friction.
+    SaturatingStep,
 }
 
 const DEG: f64 = std::f64::consts::PI / 180.0;
@@ -100,7 +109,7 @@ const fn velocity(
         measurand: quantity[1],
         kind,
         place: "EL-VELOCITY-LOOP el",
-        model: Model { quantity: quantity[2], axis: 1, condition: "elevation 0 deg" },
+        model: Model::Linear { quantity: quantity[2], axis: 1, condition: "elevation 0 deg" },
         worse: Worse::Lower,
         margin: 0.0,
         expected: Call::Equivalent,
@@ -135,7 +144,7 @@ pub const PLANTED: &[Planted] = &[
     Planted {
         procedure: "shipped:quick/fsm-response.toml",
         place: "FSM-RESPONSE az",
-        model: Model { quantity: "bandwidth", axis: 0, condition: "" },
+        model: Model::Linear { quantity: "bandwidth", axis: 0, condition: "" },
         margin: 15.0,
         ..velocity(
             "mirror notch 3 % lower",
@@ -145,17 +154,30 @@ pub const PLANTED: &[Planted] = &[
         )
     },
     Planted {
-        procedure: "shipped:regression/az-track-loop.toml",
-        place: "AZ-TRACK-LOOP az",
-        model: Model { quantity: "bandwidth", axis: 0, condition: "elevation 20 deg" },
-        margin: 0.008,
+        name: "prediction off",
+        change: Change::NoPrediction,
+        procedure: "shipped:regression/track-rail.toml",
+        requirement: "TRK-RMS-C",
+        measurand: "coarse-track-rms",
+        kind: QuantityKind::Angle,
+        place: "TRACK-RAIL el",
+        model: Model::Linear { quantity: "coarse-rms", axis: 1, condition: "rail" },
+        worse: Worse::Higher,
+        margin: 1e-6,
         expected: Call::Worse,
-        ..velocity(
-            "prediction off",
-            Change::NoPrediction,
-            ["TRK-BW", "track-bandwidth", "bandwidth"],
-            QuantityKind::Frequency,
-        )
+    },
+    Planted {
+        name: "anti-windup removed",
+        change: Change::NoAntiWindup,
+        procedure: "shipped:regression/az-step.toml",
+        requirement: "POS-OVS",
+        measurand: "step-overshoot-excess",
+        kind: QuantityKind::Angle,
+        place: "AZ-STEP az",
+        model: Model::SaturatingStep,
+        worse: Worse::Higher,
+        margin: 200e-6,
+        expected: Call::Worse,
     },
     Planted {
         margin: 0.1,
@@ -168,28 +190,40 @@ pub const PLANTED: &[Planted] = &[
     },
 ];
 
+/// The planted changes, those together that the same runs tell.
+pub fn groups() -> impl Iterator<Item = &'static [Planted]> {
+    PLANTED.chunk_by(|one, next| one.change == next.change && one.procedure == next.procedure)
+}
+
 impl Planted {
-    /// Effect on the nominal unit by the linear model, SI, + is worse.
+    /// Effect on the nominal unit by the model, SI, + is worse.
     ///
     /// # Panics
     /// For a quantity that the model does not have.
     pub fn effect(&self) -> f64 {
         let unit = UnitSettings::default();
         let gains = shipped::gains();
-        let mut changed = unit.clone();
-        for (key, value_si) in self.settings(1.0) {
-            parameter(key).set(&mut changed, value_si);
-        }
-        let [before, after] = [(&unit, &gains), (&changed, &self.gains(&gains))].map(|(unit, gains)| {
-            let rows = predict(unit, gains);
-            let is_own = |row: &&crate::prediction::Expected| {
-                row.requirement == self.requirement
-                    && row.quantity == self.model.quantity
-                    && row.axis == Some(self.model.axis)
-                    && row.condition == self.model.condition
-            };
-            rows.iter().find(is_own).expect("a quantity of the model").value_si
-        });
+        let [before, after] = match self.model {
+            Model::SaturatingStep => {
+                [false, true].map(|winds_up| anti_windup::overshoot_rad(&unit.az, &gains.az, winds_up))
+            }
+            Model::Linear { quantity, axis, condition } => {
+                let mut changed = unit.clone();
+                for (key, value_si) in self.settings(1.0) {
+                    parameter(key).set(&mut changed, value_si);
+                }
+                [(&unit, &gains), (&changed, &self.gains(&gains))].map(|(unit, gains)| {
+                    let rows = predict(unit, gains);
+                    let is_own = |row: &&crate::prediction::Expected| {
+                        row.requirement == self.requirement
+                            && row.quantity == quantity
+                            && row.axis == Some(axis)
+                            && row.condition == condition
+                    };
+                    rows.iter().find(is_own).expect("a quantity of the model").value_si
+                })
+            }
+        };
         match self.worse {
             Worse::Higher => after - before,
             Worse::Lower => before - after,
@@ -263,13 +297,13 @@ impl Bed {
         };
         let campaign = format!(
             "schema = 1\nid = \"planted\"\ntitle = \"{}\"\nrequirements = \"shipped:requirements.toml\"\nmust-measure = []\n\
-             claim = \"screening\"\n[[procedure]]\nfile = \"shipped:polarity.toml\"\n[[procedure]]\nfile = \"{}\"\n",
+             claim = \"screening\"\n[[procedure]]\nfile = \"{}\"\n",
             planted.name, planted.procedure
         );
         let campaign = write("planted.toml", &campaign);
         let rig =
             read_rig(find(Folder::Rigs, "sim", None)?)?.rehearsed_on(Tier::Virtual, &profile::simulated());
-        let plan = plan(&Wanted { names: vec![campaign], ..Wanted::default() }, &rig)
+        let plan = plan(&Wanted { names: vec![campaign], polarity_proven: true, ..Wanted::default() }, &rig)
             .expect("a campaign that the rig can run");
         let names: Vec<String> = (first..first + units)
             .map(|number| {
@@ -284,10 +318,11 @@ impl Bed {
             } else {
                 vec![write(&format!("{name}-state.toml"), &state(&settings))]
             };
-            let mut arm = Arm::read(
-                &ArmFiles { parameters: "director", states: &states, laws: Laws::default() },
-                &rig,
-            )?;
+            let laws = match planted.change {
+                Change::NoAntiWindup => anti_windup::laws(folder, share > 0.0),
+                _ => Laws::default(),
+            };
+            let mut arm = Arm::read(&ArmFiles { parameters: "director", states: &states, laws }, &rig)?;
             if share > 0.0 {
                 arm.gains = planted.gains(&arm.gains);
                 arm.gains.axes[1] = arm.gains.el;
@@ -338,6 +373,17 @@ impl Bed {
         let mut found = run_arms(&asked(self.seed), &self.arms, course).expect("runs without a failure");
         let candidate = found.remove(1);
         [found.remove(0), candidate]
+    }
+}
+
+/// Records of the same arms on further units, behind those that there are; units and seeds are counted on.
+pub fn append(all: &mut [ArmRecord; 2], more: [ArmRecord; 2]) {
+    for (arm, more) in all.iter_mut().zip(more) {
+        for replicate in more.replicates {
+            let number = arm.replicates.len() as u32 + 1;
+            arm.replicates.push(Replicate { unit: number, seed: u64::from(number), ..replicate });
+        }
+        arm.scenario.population.units = arm.replicates.len() as u32;
     }
 }
 

@@ -9,7 +9,7 @@ use std::process::Command;
 use bench::files::rig::read_rig;
 use bench::files::shipped::{self, Folder};
 use bench::files::unit::load_unit;
-use bench::identify::{Identified, Setup, Standing, identify};
+use bench::identify::{Identified, Rehearsal, Setup, Standing, identify};
 use procedures::comparison::{Band, Found, compare};
 use reports::record::{Findings, Results};
 use serde::{Deserialize, Serialize};
@@ -98,7 +98,7 @@ pub fn twin(asked: &Asked, number: u32, folder: &Path, with_second_run: bool) ->
         measured_in(asked, number, folder);
     }
     let run = findings(&folder.join("run"));
-    let found = identified(&run);
+    let found = identified(&run, &folder.join("run"));
     // Nothing is written over; the file of an earlier call is out of date.
     let _ = std::fs::remove_file(folder.join("twin.toml"));
     let seen = program(asked, folder, &["identify", "run", "--out", "twin.toml"]);
@@ -143,10 +143,13 @@ fn settings_of(file: &Path) -> UnitSettings {
 }
 
 /// The same as the program does with a run on the shipped rig.
-fn identified(run: &Findings) -> Identified {
+fn identified(run: &Findings, folder: &Path) -> Identified {
     let source = shipped::find(Folder::Rigs, "sim", None).expect("a shipped rig");
     let rig = read_rig(source).expect("a shipped rig");
-    identify(run, &Setup::of(&rig).expect("a director"), &director("nominal"))
+    let base = load_unit("nominal").expect("a shipped unit");
+    let mut found = identify(run, &Setup::of(&rig).expect("a director"), &director("nominal"));
+    Rehearsal { findings: run, run: folder, rig: &rig, base: &base }.identify(&mut found);
+    found
 }
 
 /// Identified settings as the file has them, beside the drawn ones.

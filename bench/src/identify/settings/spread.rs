@@ -56,6 +56,7 @@ const SPREADS: &[(&str, Spread)] = &[
     ("imu.misalignment-", Within(3e-4)),
     ("imu.accelerometer-bias-", Within(0.05)),
     ("mirror.bare-damping", Share(1.0)),
+    ("mirror.hysteresis", Share(0.3)),
     ("mirror.capacitance", Share(0.3)),
     ("mirror.coupling", Share(0.5)),
     ("mirror.", Share(0.2)),

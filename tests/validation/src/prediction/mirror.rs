@@ -210,10 +210,18 @@ impl<'a> Mirror<'a> {
         20.0 * self.closed(hz).norm().log10()
     }
 
-    /// First frequency 3 dB below the command.
+    /// First frequency 3 dB below the command, within a microhertz.
     fn bandwidth_hz(&self) -> f64 {
         const HIGHEST_HZ: u32 = 2000;
-        let below = (1..=HIGHEST_HZ).find(|hz| self.level_db(f64::from(*hz)) < -3.0);
-        below.map_or(f64::from(HIGHEST_HZ), f64::from)
+        const HALVINGS: u32 = 20;
+        let is_below = |hz: f64| self.level_db(hz) < -3.0;
+        let Some(below) = (1..=HIGHEST_HZ).map(f64::from).find(|hz| is_below(*hz)) else {
+            return f64::from(HIGHEST_HZ);
+        };
+        let halved = |[above, below]: [f64; 2], _| {
+            let middle = 0.5 * (above + below);
+            if is_below(middle) { [above, middle] } else { [middle, below] }
+        };
+        (0..HALVINGS).fold([below - 1.0, below], halved)[1]
     }
 }

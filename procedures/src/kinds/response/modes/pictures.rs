@@ -242,16 +242,18 @@ fn marks(fitted: &Fitted, expected: &[Expected]) -> Vec<Mark> {
     fitted.visible.iter().map(mark).collect()
 }
 
+/// Delay that is turned out of drawn phases, so that the structure shows: about that from torque to rate of a usual axis. It is the same
+/// in all records. With the fitted delay of each, curves of two records would differ by more than their uncertainty.
+const DRAWN_LATER_S: f64 = 3e-3;
+
 fn bode(point: &str, sensor: usize, responses: &Responses, fitted: &Fitted, marks: &[Mark]) -> [Plot; 2] {
     let lines = &responses.sensors[sensor];
     let hollow = &responses.hollow[sensor];
     let name = SENSORS[sensor];
     let id = format!("{name}-{}", slug(point));
     let title = format!("Torque to rate of the {name}, {point}");
-    // The delay is turned out of both: what is left is the structure.
-    let turned = |hz: f64, value: C64| {
-        value * C64::from_polar(1.0, std::f64::consts::TAU * hz * fitted.modal.fit.delay_s)
-    };
+    let turned =
+        |hz: f64, value: C64| value * C64::from_polar(1.0, std::f64::consts::TAU * hz * DRAWN_LATER_S);
     let phase = |hz: f64, value: C64| turned(hz, value).arg().to_degrees();
     let curve = curve(lines, fitted, sensor);
     let column = |all: &Frf, value: &dyn Fn(&Line) -> f64| -> Vec<f64> { all.iter().map(value).collect() };
@@ -283,7 +285,7 @@ fn bode(point: &str, sensor: usize, responses: &Responses, fitted: &Fitted, mark
         series: series(&phase, &|l| COVERAGE * l.relative_sd().to_degrees()),
         ..Plot::new(
             format!("{id}-phase"),
-            format!("{title}: phase, {:.2} ms of delay removed", 1e3 * fitted.modal.fit.delay_s),
+            format!("{title}: phase, {:.0} ms of delay removed", 1e3 * DRAWN_LATER_S),
             frequency(),
             Scale::linear("phase", "deg"),
         )
