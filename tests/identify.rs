@@ -5,7 +5,7 @@ use std::path::Path;
 use validation::blind::{Asked, Units};
 use validation::twins::{Setting, twin};
 
-use crate::bench::{folder, run_in};
+use crate::bench::{folder, run_in, write};
 use crate::comparison::runs;
 
 /// The value of a key in a table of a unit file, as it is written.
@@ -51,6 +51,24 @@ fn a_run_of_the_unit_as_measured_gives_its_spring_and_its_delays_to_a_twin_of_no
         ],
     );
     assert!(matches!(plan.code, 0 | 1 | 3), "{}", plan.err);
+}
+
+#[test]
+fn the_hysteresis_of_the_mirror_is_found_by_rehearsals_of_its_response() {
+    let folder = folder();
+    let at = folder.path();
+    let unit =
+        "schema = 1\nid = \"less\"\ntitle = \"Less\"\nbase = \"nominal\"\n[mirror]\nhysteresis = \"12 %\"\n";
+    write(at, "less.toml", unit);
+    let run = ["run", "quick", "--select", "FSM-RESPONSE", "--unit", "./less.toml", "--out", "r"];
+    let said = run_in(at, &[&run[..], &["--non-interactive"]].concat());
+    assert!(at.join("r/results.json").exists(), "{}", said.err);
+    let said = run_in(at, &["identify", "r", "--out", "twin.toml"]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    let found = written(&at.join("twin.toml"), "mirror", "hysteresis");
+    let percent: f64 = found.trim_end_matches(" %").parse().expect("a number");
+    assert!((percent - 12.0).abs() < 0.1, "{found}\n{}", said.out);
+    assert!(said.out.contains("gain and phase of FSM-RESPONSE (FSM-RESPONSE.mcap)"), "{}", said.out);
 }
 
 #[test]

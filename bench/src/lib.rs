@@ -18,10 +18,10 @@
 //! | [`files`] | readers of the files that people write |
 //! | [`plan`] | from names on the command line to checked points: stages, stops computed before motion, rehearsal |
 //! | [`judge`] | logs in, findings out |
-//! | [`identify`] | findings in, a simulated unit out |
 //! | [`people`] | what a run tells and asks people, and what it is refused for because of them |
 //! | [`sim`] | a simulated rig in a process of its own, at the far end of real wires |
 //! | [`campaign`] | a run: procedures to jobs, points to the loop, logs to the judge |
+//! | [`identify`] | findings in, a simulated unit out; runs of procedures on candidates |
 //! | [`regression`] | two controllers on the same units: many runs at a time, and what they leave |
 //! | [`cli`] | the command line, one verb a file |
 

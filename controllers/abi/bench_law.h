@@ -9,6 +9,8 @@
  * - One instance is used by one thread at a time, but not always by the same one. Several instances run at the same
  *   time: the library must not keep state outside its instances.
  * - The same calls must give the same torques, otherwise a run cannot be repeated.
+ * - The functions must leave the floating-point environment (rounding, flush to zero) as they find it: in process it is
+ *   that of bench.
  */
 #ifndef BENCH_LAW_H
 #define BENCH_LAW_H

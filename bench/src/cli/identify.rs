@@ -49,7 +49,8 @@ fn write(args: &Args) -> Result<u8, u8> {
         output::mistake(&format!("--base {}: not a director; `bench list units` lists units", args.base))
     })?;
     let mut found = identify::identify(&results.findings, &setup, settings);
-    Rehearsal { findings: &results.findings, run: &args.run, rig: &rig, base: &base }.identify(&mut found);
+    Rehearsal { findings: &results.findings, run: &args.run, rig: &rig, base: &base, tell: &output::say }
+        .identify(&mut found);
     if found.settings.is_empty() && found.curves.is_empty() {
         let run = args.run.display();
         return Err(output::mistake(&format!(

@@ -60,6 +60,8 @@ pub struct Rehearsal<'a> {
     pub rig: &'a Rig,
     /// The unit that the twin is made from; its settings are those of the twin.
     pub base: &'a Unit,
+    /// Told which procedure is rehearsed: that can take minutes.
+    pub tell: &'a dyn Fn(&str),
 }
 
 impl Rehearsal<'_> {
@@ -85,6 +87,7 @@ impl Rehearsal<'_> {
         found: &mut Identified,
     ) -> Result<(), String> {
         let setting = PARAMETERS.iter().find(|p| p.key == sought.key).expect("a setting that exists");
+        (self.tell)(&format!("{}: rehearsals for {}", procedure.id, sought.key));
         let stage = Stage::new(self, procedure)?;
         let measured = curves(sought, &procedure.plots);
         let shown = |value_si: f64| {

@@ -6,7 +6,7 @@ use std::ptr::NonNull;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::time::Duration;
 
-use rustix::fs::{MemfdFlags, ftruncate, memfd_create};
+use rustix::fs::{MemfdFlags, SealFlags, fcntl_add_seals, ftruncate, memfd_create};
 use rustix::mm::{MapFlags, ProtFlags, mmap, munmap};
 use rustix::thread::futex;
 use rustix::time::Timespec;
@@ -40,8 +40,10 @@ impl Mapping {
     /// # Errors
     /// When the operating system gives no memory.
     pub fn create(setup: &LawSetup, values_si: &[f64]) -> std::io::Result<(Self, OwnedFd)> {
-        let memory = memfd_create("law-rows", MemfdFlags::CLOEXEC)?;
+        let memory = memfd_create("law-rows", MemfdFlags::CLOEXEC | MemfdFlags::ALLOW_SEALING)?;
         ftruncate(&memory, size_of::<Rows>() as u64)?;
+        // Memory that the other process could shorten would end this one at its next access.
+        fcntl_add_seals(&memory, SealFlags::SHRINK | SealFlags::GROW | SealFlags::SEAL)?;
         let mapping = Self::of(&memory)?;
         let rows = mapping.rows();
         let LawSetup {
@@ -234,6 +236,12 @@ mod tests {
         law.reply(1, &output);
         assert_eq!(bench.answer(), Some(output));
         assert_eq!(law.next(1, Duration::ZERO), None);
+    }
+
+    #[test]
+    fn the_other_process_cannot_shorten_the_memory() {
+        let (_bench, memory) = Mapping::create(&LawSetup::default(), &[]).expect("memory");
+        assert!(ftruncate(&memory, 0).is_err());
     }
 
     #[test]

@@ -56,8 +56,8 @@ pub struct Planted {
     pub name: &'static str,
     /// The change.
     pub change: Change,
-    /// Procedure that both arms run through.
-    pub procedure: &'static str,
+    /// What both arms run through.
+    pub procedure: Scenario,
     /// Requirement.
     pub requirement: &'static str,
     /// Its measurand.
@@ -74,6 +74,15 @@ pub struct Planted {
     pub margin: f64,
     /// What must be called.
     pub expected: Call,
+}
+
+/// A procedure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Scenario {
+    /// Its shipped name.
+    Shipped(&'static str),
+    /// Its text.
+    Own(&'static str),
 }
 
 /// What tells the effect of a change.
@@ -93,7 +102,7 @@ pub enum Model {
 }
 
 const DEG: f64 = std::f64::consts::PI / 180.0;
-const EL_LOOP: &str = "shipped:regression/el-velocity-loop.toml";
+const EL_LOOP: Scenario = Scenario::Shipped("shipped:regression/el-velocity-loop.toml");
 
 const fn velocity(
     name: &'static str,
@@ -142,7 +151,7 @@ pub const PLANTED: &[Planted] = &[
         ..velocity("one tick of delay", Change::CommandDelay(250e-6), PHASE_MARGIN, QuantityKind::Angle)
     },
     Planted {
-        procedure: "shipped:quick/fsm-response.toml",
+        procedure: Scenario::Own(include_str!("planted/fsm-response.toml")),
         place: "FSM-RESPONSE az",
         model: Model::Linear { quantity: "bandwidth", axis: 0, condition: "" },
         margin: 15.0,
@@ -156,7 +165,7 @@ pub const PLANTED: &[Planted] = &[
     Planted {
         name: "prediction off",
         change: Change::NoPrediction,
-        procedure: "shipped:regression/track-rail.toml",
+        procedure: Scenario::Shipped("shipped:regression/track-rail.toml"),
         requirement: "TRK-RMS-C",
         measurand: "coarse-track-rms",
         kind: QuantityKind::Angle,
@@ -169,7 +178,7 @@ pub const PLANTED: &[Planted] = &[
     Planted {
         name: "anti-windup removed",
         change: Change::NoAntiWindup,
-        procedure: "shipped:regression/az-step.toml",
+        procedure: Scenario::Shipped("shipped:regression/az-step.toml"),
         requirement: "POS-OVS",
         measurand: "step-overshoot-excess",
         kind: QuantityKind::Angle,
@@ -295,10 +304,14 @@ impl Bed {
             std::fs::write(&path, text).expect("a writable folder");
             path.to_str().expect("a plain path").to_owned()
         };
+        let procedure = match planted.procedure {
+            Scenario::Shipped(name) => name.to_owned(),
+            Scenario::Own(text) => write("procedure.toml", text),
+        };
         let campaign = format!(
             "schema = 1\nid = \"planted\"\ntitle = \"{}\"\nrequirements = \"shipped:requirements.toml\"\nmust-measure = []\n\
-             claim = \"screening\"\n[[procedure]]\nfile = \"{}\"\n",
-            planted.name, planted.procedure
+             claim = \"screening\"\n[[procedure]]\nfile = \"{procedure}\"\n",
+            planted.name
         );
         let campaign = write("planted.toml", &campaign);
         let rig =

@@ -148,7 +148,7 @@ fn identified(run: &Findings, folder: &Path) -> Identified {
     let rig = read_rig(source).expect("a shipped rig");
     let base = load_unit("nominal").expect("a shipped unit");
     let mut found = identify(run, &Setup::of(&rig).expect("a director"), &director("nominal"));
-    Rehearsal { findings: run, run: folder, rig: &rig, base: &base }.identify(&mut found);
+    Rehearsal { findings: run, run: folder, rig: &rig, base: &base, tell: &|_| {} }.identify(&mut found);
     found
 }
 
