@@ -7,13 +7,15 @@ use std::sync::atomic::AtomicU16;
 
 use controllers::DirectorGains;
 use procedures::diagnostic::Diagnostic;
+use procedures::identification::Prior;
 use procedures::log::LogReader;
-use procedures::trace::Plot;
+use procedures::trace::{Plot, Series};
 use reports::record::{Findings, ProcedureFindings};
 use sim_devices::unit::{FieldOfPart, PARAMETERS, Setting, UnitSettings};
 
+use self::fit::{Curves, Point, fit};
 use super::settings::{MEASURED_RATIO, spread_si};
-use super::{Identified, IdentifiedSetting, Standing, Value};
+use super::{Identified, IdentifiedSetting, Standing};
 use crate::campaign::simulated::{NoResult, Simulated};
 use crate::cycle::laws::Laws;
 use crate::files::{parameters, profile};
@@ -22,32 +24,50 @@ use crate::plan::{CampaignPlan, PlanError, Wanted, plan};
 use crate::record::log::PROCEDURE;
 use crate::site::unit::{Unit, World};
 
-/// A setting that shows in curves.
+mod fit;
+
+/// Settings that show in curves of a kind.
 struct Sought {
-    /// Key of the setting.
-    key: &'static str,
-    /// Kind of the procedure.
+    /// The kind of the procedure.
     kind: &'static str,
+    settings: &'static [Stepped],
     /// Beginnings of the ids of pictures.
     pictures: &'static [&'static str],
     /// How the labels of curves end.
-    curve: &'static str,
-    /// Step from the base that tells the slope, SI.
-    step: f64,
+    curves: &'static [&'static str],
+    scaled: Scaled,
 }
 
-/// Gain and phase by the strain gauge, which is inside the loop of the mirror: its scale is not that of a reference.
+/// A setting with the step from the base that tells the slopes of the curves.
+struct Stepped {
+    key: &'static str,
+    step_si: f64,
+}
+
+/// Curves by an instrument whose scale is not that of the simulated one: all points of them may be shifted by one value.
+struct Scaled {
+    /// Beginning of the ids of pictures.
+    picture: &'static str,
+    /// How the labels of curves end.
+    curve: &'static str,
+    /// Standard uncertainty of the shift, in the unit of the pictures.
+    u: f64,
+}
+
+/// Gain and phase of the mirror. The strain gauge is inside its loop; the autocollimator has a scale of its own, of some tenths of a
+/// per cent.
 const SOUGHT: &[Sought] = &[Sought {
-    key: "mirror.hysteresis",
     kind: "fsm-response",
+    settings: &[
+        Stepped { key: "mirror.hysteresis", step_si: 0.02 },
+        Stepped { key: "mirror.support-frequency", step_si: 2.0 },
+    ],
     pictures: &["gain-", "phase-"],
-    curve: ", strain gauge",
-    step: 0.02,
+    curves: &[", strain gauge", ", autocollimator"],
+    scaled: Scaled { picture: "gain-", curve: ", autocollimator", u: 0.1 },
 }];
 
-/// Steps towards the solution; the curves are almost straight lines of the setting.
-const STEPS: usize = 2;
-/// Root of χ²/ν above which the curves are not those of a mirror with any value of the setting.
+/// Root of χ²/ν above which the curves are not those of the twin with any values of the settings.
 const MISFIT_MOST: f64 = 5.0;
 
 /// A measured run whose procedures can be run again on other units.
@@ -74,7 +94,7 @@ impl Rehearsal<'_> {
                     continue;
                 }
                 if let Err(why) = self.add(sought, procedure, found) {
-                    found.remarks.push(format!("{}: stays that of the base: {why}", sought.key));
+                    found.remarks.push(format!("{}: as in the base: {why}", sought.names()));
                 }
             }
         }
@@ -86,38 +106,64 @@ impl Rehearsal<'_> {
         procedure: &ProcedureFindings,
         found: &mut Identified,
     ) -> Result<(), String> {
-        let setting = PARAMETERS.iter().find(|p| p.key == sought.key).expect("a setting that exists");
-        (self.tell)(&format!("{}: rehearsals for {}", procedure.id, sought.key));
+        (self.tell)(&format!("{}: rehearsals for {}", procedure.id, sought.names()));
         let stage = Stage::new(self, procedure)?;
         let measured = curves(sought, &procedure.plots);
-        let shown = |value_si: f64| {
+        let settings: Vec<_> = sought.settings.iter().map(|stepped| setting(stepped.key)).collect();
+        let shown = |values_si: &[f64]| {
             let mut unit = found.unit.clone();
-            setting.set(&mut unit, value_si);
+            settings.iter().zip(values_si).for_each(|(setting, value_si)| setting.set(&mut unit, *value_si));
             Ok::<_, String>(curves(sought, &stage.plots(self, &unit)?))
         };
-        let fit = fit(setting, sought.step, &measured, setting.get(&found.unit), shown)?;
+        let priors: Vec<Prior> = settings.iter().map(|setting| prior(setting, &found.unit)).collect();
+        let steps: Vec<f64> = sought.settings.iter().map(|stepped| stepped.step_si).collect();
+        let fit = fit(&measured, &priors, &steps, sought.scaled.u, &shown)?;
         if fit.misfit_ratio > MISFIT_MOST {
             found.contradictions.push(format!(
                 "{}: curves deviate from those of the twin by {:.1} times their noise, whatever {} is",
-                procedure.id, fit.misfit_ratio, sought.key
+                procedure.id,
+                fit.misfit_ratio,
+                sought.names()
             ));
         }
-        let prior_si = spread_si(setting, setting.get(&found.unit));
-        if fit.value.u_si > MEASURED_RATIO * prior_si {
-            return Err("the curves hardly depend on it".to_owned());
-        }
-        setting.set(&mut found.unit, fit.value.value_si);
         let log = procedure.log.as_ref().map_or_else(String::new, |log| format!(" ({log})"));
-        found.settings.push(IdentifiedSetting {
-            key: setting.key,
-            value: fit.value,
-            standing: Standing::Measured,
-            evidence: vec![format!("gain and phase of {}{log}", procedure.id)],
-        });
+        for ((setting, value), prior) in settings.iter().zip(&fit.values).zip(&priors) {
+            if value.u_si > MEASURED_RATIO * prior.u
+                || found.settings.iter().any(|own| own.key == setting.key)
+            {
+                continue;
+            }
+            setting.set(&mut found.unit, value.value_si);
+            found.settings.push(IdentifiedSetting {
+                key: setting.key,
+                value: *value,
+                standing: Standing::Measured,
+                evidence: vec![format!("gain and phase of {}{log}", procedure.id)],
+            });
+        }
         let place = |key: &str| PARAMETERS.iter().position(|p| p.key == key);
         found.settings.sort_by_key(|own| place(own.key));
         Ok(())
     }
+}
+
+impl Sought {
+    /// E.g. `mirror.hysteresis and mirror.support-frequency`.
+    fn names(&self) -> String {
+        let keys: Vec<&str> = self.settings.iter().map(|stepped| stepped.key).collect();
+        keys.join(" and ")
+    }
+}
+
+/// A setting of units by its key.
+fn setting(key: &str) -> &'static Setting<FieldOfPart<UnitSettings>> {
+    PARAMETERS.iter().find(|p| p.key == key).expect("a setting that exists")
+}
+
+/// What is known of a setting before its curves are looked at.
+fn prior(setting: &Setting<FieldOfPart<UnitSettings>>, unit: &UnitSettings) -> Prior {
+    let value = setting.get(unit);
+    Prior { value, u: spread_si(setting, value), range: setting.range_si, is_fixed: false }
 }
 
 /// A procedure of the run, to be run in virtual time.
@@ -177,148 +223,21 @@ impl Stage {
     }
 }
 
-/// A point of a measured curve.
-#[derive(Clone, Debug, PartialEq)]
-struct Point {
-    /// Picture, curve and abscissa.
-    name: String,
-    y: f64,
-    /// Standard uncertainty.
-    u: f64,
-}
-
 /// The points of the sought curves. Pictures draw U with k = 2.
-fn curves(sought: &Sought, plots: &[Plot]) -> Vec<Point> {
-    let pictures = plots.iter().filter(|plot| sought.pictures.iter().any(|id| plot.id.starts_with(id)));
-    let series = pictures.flat_map(|plot| plot.series.iter().map(move |series| (plot, series)));
-    let own = series.filter(|(_, series)| series.label.ends_with(sought.curve));
-    own.flat_map(|(plot, series)| {
-        let points = series.x.iter().zip(&series.y).zip(&series.u);
-        points.map(move |((x, y), u)| Point {
-            name: format!("{} {} {x}", plot.id, series.label),
-            y: *y,
-            u: 0.5 * u,
-        })
-    })
-    .filter(|point| point.y.is_finite() && point.u > 0.0)
-    .collect()
-}
-
-/// A setting from curves.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Fit {
-    value: Value,
-    /// Root of χ²/ν.
-    misfit_ratio: f64,
-}
-
-/// Weighted least squares of one setting, by Gauss–Newton with the slope between two rehearsals. The noise of a rehearsal is as large as
-/// that of the measurement, so variances are doubled; u is widened by what the curves leave (Birge ratio).
-fn fit(
-    setting: &Setting<FieldOfPart<UnitSettings>>,
-    step: f64,
-    measured: &[Point],
-    base_si: f64,
-    shown: impl Fn(f64) -> Result<Vec<Point>, String>,
-) -> Result<Fit, String> {
-    let [least, most] = setting.range_si;
-    let other_si = if base_si + step <= most { base_si + step } else { base_si - step };
-    let slopes = [shown(base_si)?, shown(other_si)?];
-    let mut at = slopes[0].clone();
-    let mut value_si = base_si;
-    for _ in 0..STEPS {
-        let sums = Sums::new(&paired(measured, &[&slopes[0], &slopes[1], &at]), other_si - base_si)?;
-        value_si = (value_si + sums.slope_residual / sums.slope_slope).clamp(least, most);
-        at = shown(value_si)?;
-    }
-    let sums = Sums::new(&paired(measured, &[&slopes[0], &slopes[1], &at]), other_si - base_si)?;
-    let misfit_ratio = (sums.residual_residual / sums.dof).sqrt();
-    let u_si = sums.slope_slope.sqrt().recip() * misfit_ratio.max(1.0);
-    Ok(Fit { value: Value { value_si, u_si, dof: Some(sums.dof) }, misfit_ratio })
-}
-
-/// Weighted sums over the points of curves.
-struct Sums {
-    slope_slope: f64,
-    slope_residual: f64,
-    residual_residual: f64,
-    dof: f64,
-}
-
-impl Sums {
-    /// Of points with what the base, the other value and the present value show, `step` between the first two.
-    fn new(points: &[Paired], step: f64) -> Result<Self, String> {
-        let mut sums = Self {
-            slope_slope: 0.0,
-            slope_residual: 0.0,
-            residual_residual: 0.0,
-            dof: points.len() as f64 - 1.0,
-        };
-        for point in points {
-            let weight = 0.5 / point.u.powi(2);
-            let slope = (point.shown[1] - point.shown[0]) / step;
-            let residual = point.y - point.shown[2];
-            sums.slope_slope += weight * slope * slope;
-            sums.slope_residual += weight * slope * residual;
-            sums.residual_residual += weight * residual * residual;
+fn curves(sought: &Sought, plots: &[Plot]) -> Curves {
+    let mut all = Curves::new();
+    for plot in plots.iter().filter(|plot| sought.pictures.iter().any(|id| plot.id.starts_with(id))) {
+        let own = |series: &&Series| sought.curves.iter().any(|curve| series.label.ends_with(curve));
+        for series in plot.series.iter().filter(own) {
+            let Scaled { picture, curve, .. } = sought.scaled;
+            let is_scaled = plot.id.starts_with(picture) && series.label.ends_with(curve);
+            for ((x, &y), u) in series.x.iter().zip(&series.y).zip(&series.u) {
+                if y.is_finite() && *u > 0.0 {
+                    let name = format!("{} {} {x}", plot.id, series.label);
+                    all.insert(name, Point { y, u: 0.5 * u, is_scaled });
+                }
+            }
         }
-        if points.len() < 3 || sums.slope_slope <= 0.0 {
-            return Err("the curves do not depend on it".to_owned());
-        }
-        Ok(sums)
     }
-}
-
-/// A measured point with what rehearsals show there.
-struct Paired {
-    y: f64,
-    u: f64,
-    shown: Vec<f64>,
-}
-
-/// The points that all have.
-fn paired(measured: &[Point], shown: &[&Vec<Point>]) -> Vec<Paired> {
-    let one = |point: &Point| {
-        let there = |all: &&Vec<Point>| all.iter().find(|own| own.name == point.name).map(|own| own.y);
-        let shown = shown.iter().map(there).collect::<Option<Vec<f64>>>()?;
-        Some(Paired { y: point.y, u: point.u, shown })
-    };
-    measured.iter().filter_map(one).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn points(value: f64, noise: f64) -> Vec<Point> {
-        let y = |k: i32| f64::from(k) * value * (1.0 + 0.1 * value) + noise * f64::from(2 * (k % 2) - 1);
-        (1..40).map(|k| Point { name: k.to_string(), y: y(k), u: 0.01 }).collect()
-    }
-
-    fn hysteresis() -> &'static Setting<FieldOfPart<UnitSettings>> {
-        PARAMETERS.iter().find(|p| p.key == "mirror.hysteresis").expect("a setting")
-    }
-
-    #[test]
-    fn a_setting_is_found_from_curves_that_bend_with_it() {
-        let measured = points(0.21, 0.01);
-        let fit = fit(hysteresis(), 0.02, &measured, 0.15, |value| Ok(points(value, -0.01))).expect("a fit");
-        let error = (fit.value.value_si - 0.21).abs();
-        assert!(error < 2.0 * fit.value.u_si && fit.value.u_si < 2e-4, "{fit:?}");
-        assert!((1.0..3.0).contains(&fit.misfit_ratio), "{fit:?}");
-    }
-
-    #[test]
-    fn curves_of_something_else_widen_the_uncertainty() {
-        let measured = points(0.21, 0.5);
-        let fit = fit(hysteresis(), 0.02, &measured, 0.15, |value| Ok(points(value, 0.0))).expect("a fit");
-        assert!(fit.misfit_ratio > MISFIT_MOST && fit.value.u_si > 2e-3, "{fit:?}");
-    }
-
-    #[test]
-    fn curves_that_do_not_depend_on_it_tell_nothing() {
-        let measured = points(0.21, 0.0);
-        let found = fit(hysteresis(), 0.02, &measured, 0.15, |_| Ok(points(0.2, 0.0)));
-        assert_eq!(found.expect_err("no slope"), "the curves do not depend on it");
-    }
+    all
 }

@@ -237,7 +237,7 @@ fn show_power(planted: &Planted, arms: &[ArmRecord; 2], figure: &mut Plot) {
             [100.0 * right as f64 / found.len() as f64, 100.0 * plan.probability(units as u64)],
         );
     }
-    let label = format!("{}, {}", planted.name, planted.measurand);
+    let label = format!("{}: {} ({:?})", planted.name, planted.measurand, planted.expected);
     let x: Vec<f64> = shares.keys().map(|units| *units as f64).collect();
     let column = |k: usize| shares.values().map(|share| share[k]).collect::<Vec<f64>>();
     figure.series.push(Series::new(format!("{label} (plan)"), Style::Line, x.clone(), column(1)));

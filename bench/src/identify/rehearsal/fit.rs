@@ -1,0 +1,175 @@
+//! Settings from curves: least squares over all points, with slopes from rehearsals.
+
+use std::collections::BTreeMap;
+
+use procedures::identification::{Estimated, Observation, Posterior, Prior};
+
+use crate::identify::Value;
+
+/// Steps towards the solution; the curves are almost straight lines of the settings.
+const STEPS: usize = 2;
+
+/// A point of a measured curve.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Point {
+    pub(super) y: f64,
+    /// Standard uncertainty.
+    pub(super) u: f64,
+    /// Whether its instrument has a scale of its own.
+    pub(super) is_scaled: bool,
+}
+
+/// Points by picture, curve and abscissa.
+pub(super) type Curves = BTreeMap<String, Point>;
+
+/// Settings from curves.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Fit {
+    pub(super) values: Vec<Value>,
+    /// Root of χ²/ν.
+    pub(super) misfit_ratio: f64,
+}
+
+/// The settings whose curves are nearest to the measured ones: Gauss–Newton with the slopes between rehearsals. The noise of a rehearsal is
+/// as large as that of the measurement, so variances are doubled; u is widened by what the curves leave (Birge ratio).
+pub(super) fn fit(
+    measured: &Curves,
+    priors: &[Prior],
+    steps: &[f64],
+    scale_u: f64,
+    shown: &dyn Fn(&[f64]) -> Result<Curves, String>,
+) -> Result<Fit, String> {
+    let base: Vec<f64> = priors.iter().map(|prior| prior.value).collect();
+    let at_base = shown(&base)?;
+    let mut stepped = Vec::new();
+    for (k, (prior, step)) in priors.iter().zip(steps).enumerate() {
+        let step = if base[k] + step <= prior.range[1] { *step } else { -step };
+        let mut values = base.clone();
+        values[k] += step;
+        stepped.push(Moved { step, curves: shown(&values)? });
+    }
+    let mut at = base;
+    let mut shown_there = at_base.clone();
+    for _ in 0..STEPS {
+        let points = points(measured, &at_base, &stepped, &shown_there);
+        at = solved(&points, priors, &at, scale_u)?.0;
+        shown_there = shown(&at)?;
+    }
+    let points = points(measured, &at_base, &stepped, &shown_there);
+    let (_, posterior) = solved(&points, priors, &at, scale_u)?;
+    let dof = (points.len() - priors.len() - 1) as f64;
+    let misfit_ratio = (posterior.residuals_u.iter().map(|r| r * r).sum::<f64>() / dof).sqrt();
+    let value = |estimated: &Estimated| Value {
+        value_si: estimated.value,
+        u_si: estimated.spread.u * misfit_ratio.max(1.0),
+        dof: Some(dof),
+    };
+    Ok(Fit { values: posterior.parameters[..priors.len()].iter().map(value).collect(), misfit_ratio })
+}
+
+/// What a unit shows with one setting moved from the base.
+struct Moved {
+    step: f64,
+    curves: Curves,
+}
+
+/// A measured point with what is shown there, and by how much more for each unit of a setting.
+struct Compared {
+    measured: Point,
+    shown: f64,
+    slopes: Vec<f64>,
+}
+
+/// The points that all curves have.
+fn points(measured: &Curves, base: &Curves, stepped: &[Moved], shown: &Curves) -> Vec<Compared> {
+    let one = |(name, point): (&String, &Point)| {
+        let from = base.get(name)?.y;
+        let slope = |moved: &Moved| Some((moved.curves.get(name)?.y - from) / moved.step);
+        Some(Compared {
+            measured: point.clone(),
+            shown: shown.get(name)?.y,
+            slopes: stepped.iter().map(slope).collect::<Option<_>>()?,
+        })
+    };
+    measured.iter().filter_map(one).collect()
+}
+
+/// The settings by the points, linearised about `at`; the shift of scaled curves comes behind them.
+fn solved(
+    points: &[Compared],
+    priors: &[Prior],
+    at: &[f64],
+    scale_u: f64,
+) -> Result<(Vec<f64>, Posterior), String> {
+    let count = priors.len();
+    if points.len() < 2 * (count + 1) {
+        return Err(format!("rehearsals share only {} points with what was measured", points.len()));
+    }
+    let shift = Prior { value: 0.0, u: scale_u, range: [f64::NEG_INFINITY, f64::INFINITY], is_fixed: false };
+    let all: Vec<Prior> = priors.iter().copied().chain([shift]).collect();
+    let observation = |(series, point): (usize, &Compared)| Observation {
+        value: point.measured.y,
+        u: 2_f64.sqrt() * point.measured.u,
+        dof: f64::INFINITY,
+        series,
+        parameters: (0..count + usize::from(point.measured.is_scaled)).collect(),
+    };
+    let observations: Vec<Observation> = points.iter().enumerate().map(observation).collect();
+    let predicted = |index: usize, values: &[f64]| {
+        let Compared { measured, shown, slopes } = &points[index];
+        let moved: f64 = slopes.iter().zip(values).zip(at).map(|((slope, v), at)| slope * (v - at)).sum();
+        shown + moved + if measured.is_scaled { values[count] } else { 0.0 }
+    };
+    let posterior = Posterior::new(&all, &observations, &predicted);
+    let values = posterior.parameters[..count].iter().map(|estimated| estimated.value).collect();
+    Ok((values, posterior))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::MISFIT_MOST;
+    use super::*;
+
+    /// Curves of two settings, bent, with a sensor whose scale is off by `shift`.
+    fn curves_of(values: &[f64], noise: f64, shift: f64) -> Curves {
+        let y = |k: i32| {
+            let x = 0.1 * f64::from(k);
+            let bent = values[0] * x * (1.0 + 0.1 * values[0]) + (values[1] * x).cos();
+            bent + noise * f64::from(2 * (k % 2) - 1) + if k > 40 { shift } else { 0.0 }
+        };
+        (1..80).map(|k| (k.to_string(), Point { y: y(k), u: 0.001, is_scaled: k > 40 })).collect()
+    }
+
+    fn priors() -> [Prior; 2] {
+        [0.5, 1.0].map(|value| Prior { value, u: 0.3, range: [0.0, 2.0], is_fixed: false })
+    }
+
+    fn fitted(noise: f64) -> Fit {
+        let measured = curves_of(&[0.62, 1.04], noise, 0.02);
+        fit(&measured, &priors(), &[0.05, 0.05], 0.1, &|values| Ok(curves_of(values, -noise, 0.0)))
+            .expect("a fit")
+    }
+
+    #[test]
+    fn two_settings_are_found_from_curves_that_bend_with_them_whatever_the_scale_of_one_sensor_is() {
+        let fit = fitted(0.0005);
+        for (value, truth) in fit.values.iter().zip([0.62, 1.04]) {
+            assert!((value.value_si - truth).abs() < 2.0 * value.u_si && value.u_si < 1e-3, "{fit:?}");
+        }
+        assert!(fit.misfit_ratio < 2.0, "{fit:?}");
+    }
+
+    #[test]
+    fn curves_of_something_else_widen_the_uncertainty() {
+        let [good, bad] = [0.0005, 0.05].map(fitted);
+        assert!(bad.misfit_ratio > MISFIT_MOST, "{bad:?}");
+        assert!(bad.values[0].u_si > 5.0 * good.values[0].u_si, "{good:?} {bad:?}");
+    }
+
+    #[test]
+    fn curves_with_other_points_tell_nothing() {
+        let measured = curves_of(&[0.62, 1.04], 0.0, 0.0);
+        let found = fit(&measured, &priors(), &[0.05, 0.05], 0.1, &|_| Ok(Curves::new()));
+        assert!(found.expect_err("no common points").starts_with("rehearsals share only 0 points"));
+    }
+}
