@@ -192,6 +192,16 @@ fn a_library_of_another_digest_version_or_layout_is_refused_before_motion() {
     let other = "0".repeat(64);
     let said = refused(at, &format!("az=velocity_pi.so@{other}"));
     assert!(said.contains(&format!("expected SHA-256 {other}, found {digest}")), "{said}");
+    let wired = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("rigs/wired.toml"))
+        .expect("a shipped rig");
+    write(at, "real.toml", &wired.replace("tier = \"wired\"", "tier = \"hardware\""));
+    let on_axes = ["run", "wired", "--rig", "./real.toml", "--law", &format!("az=velocity_pi.so@{digest}")];
+    let real = run_in(at, &on_axes);
+    assert!(
+        real.code == 2 && real.err.contains("external laws are not released for them yet"),
+        "{}",
+        real.err
+    );
     let said = refused(at, &format!("ax=velocity_pi.so@{digest}"));
     assert!(said.contains("has no axis `ax`; expected az, el"), "{said}");
     let said = refused(at, &format!("az=missing.so@{digest}"));
