@@ -120,6 +120,16 @@ pub enum PlanError {
     NothingSelected(String),
 }
 
+impl PlanError {
+    /// What is wrong, for those to whom the kind of mistake makes no difference.
+    pub(crate) fn diagnostics(self) -> Vec<Diagnostic> {
+        match self {
+            Self::Mistakes(found) | Self::Refused(found) => found,
+            Self::NothingSelected(message) => vec![Diagnostic::new(message)],
+        }
+    }
+}
+
 impl From<Vec<Diagnostic>> for PlanError {
     fn from(mistakes: Vec<Diagnostic>) -> Self {
         Self::Mistakes(mistakes)

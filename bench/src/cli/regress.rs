@@ -181,10 +181,7 @@ fn prepare(args: &Args) -> Result<Prepared, Vec<Diagnostic>> {
     let names = if args.names.is_empty() { vec!["regression".to_owned()] } else { args.names.clone() };
     // Signs are those of the simulated units: a check in every run would cost a fifth of the time.
     let wanted = Wanted { names, polarity_proven: true, ..Wanted::default() };
-    let plan = plan::plan(&wanted, &rig).map_err(|error| match error {
-        plan::PlanError::Mistakes(found) | plan::PlanError::Refused(found) => found,
-        plan::PlanError::NothingSelected(message) => vec![Diagnostic::new(message)],
-    })?;
+    let plan = plan::plan(&wanted, &rig).map_err(plan::PlanError::diagnostics)?;
     let criteria = match args.propose {
         Some(_) => None,
         None => Some(Criteria::parse(&criteria_file(args, &plan)?, &plan.requirements)?),

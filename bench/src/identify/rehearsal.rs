@@ -20,7 +20,7 @@ use crate::campaign::simulated::{NoResult, Simulated};
 use crate::cycle::laws::Laws;
 use crate::files::{parameters, profile};
 use crate::model::rig::{Rig, Tier};
-use crate::plan::{CampaignPlan, PlanError, Wanted, plan};
+use crate::plan::{CampaignPlan, Wanted, plan};
 use crate::record::log::PROCEDURE;
 use crate::site::unit::{Unit, World};
 
@@ -193,10 +193,7 @@ impl Stage {
             polarity_proven: true,
             ..Wanted::default()
         };
-        let plan = plan(&wanted, &rig).map_err(|error| match error {
-            PlanError::Mistakes(found) | PlanError::Refused(found) => first(found),
-            PlanError::NothingSelected(why) => why,
-        })?;
+        let plan = plan(&wanted, &rig).map_err(|error| first(error.diagnostics()))?;
         // Other noise than in the run, where that was simulated, too.
         Ok(Self { rig, gains, plan, folder, seed: run.findings.seed.wrapping_add(1) })
     }

@@ -52,11 +52,12 @@ pub(super) fn fit(
     let mut shown_there = at_base.clone();
     for _ in 0..STEPS {
         let points = points(measured, &at_base, &stepped, &shown_there);
-        at = solved(&points, priors, &at, scale_u)?.0;
+        let solved = solved(&points, priors, &at, scale_u)?;
+        at = solved.parameters[..priors.len()].iter().map(|estimated| estimated.value).collect();
         shown_there = shown(&at)?;
     }
     let points = points(measured, &at_base, &stepped, &shown_there);
-    let (_, posterior) = solved(&points, priors, &at, scale_u)?;
+    let posterior = solved(&points, priors, &at, scale_u)?;
     let dof = (points.len() - priors.len() - 1) as f64;
     let misfit_ratio = (posterior.residuals_u.iter().map(|r| r * r).sum::<f64>() / dof).sqrt();
     let value = |estimated: &Estimated| Value {
@@ -95,12 +96,7 @@ fn points(measured: &Curves, base: &Curves, stepped: &[Moved], shown: &Curves) -
 }
 
 /// The settings by the points, linearised about `at`; the shift of scaled curves comes behind them.
-fn solved(
-    points: &[Compared],
-    priors: &[Prior],
-    at: &[f64],
-    scale_u: f64,
-) -> Result<(Vec<f64>, Posterior), String> {
+fn solved(points: &[Compared], priors: &[Prior], at: &[f64], scale_u: f64) -> Result<Posterior, String> {
     let count = priors.len();
     if points.len() < 2 * (count + 1) {
         return Err(format!("rehearsals share only {} points with what was measured", points.len()));
@@ -120,9 +116,7 @@ fn solved(
         let moved: f64 = slopes.iter().zip(values).zip(at).map(|((slope, v), at)| slope * (v - at)).sum();
         shown + moved + if measured.is_scaled { values[count] } else { 0.0 }
     };
-    let posterior = Posterior::new(&all, &observations, &predicted);
-    let values = posterior.parameters[..count].iter().map(|estimated| estimated.value).collect();
-    Ok((values, posterior))
+    Ok(Posterior::new(&all, &observations, &predicted))
 }
 
 #[cfg(test)]
