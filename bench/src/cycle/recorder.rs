@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::JoinHandle;
+use std::time::Duration;
 
 use drivers::device::DeviceError;
 use drivers::wire::Notice;
@@ -30,6 +31,9 @@ pub const MAX_CHANNELS: usize = 20;
 const RING_ROWS: usize = 32_768;
 /// Time for which a ring takes every row of every topic where the loop does not wait: a disk may stall for two seconds.
 const RING_S: f64 = 2.5;
+/// Rest of a writer that found its ring empty, where the loop waits for it: a few hundred ticks, a hundredth of the ring. Waking more
+/// often takes a fifteenth of a processor from the simulation.
+const REST: Duration = Duration::from_millis(2);
 
 /// What goes through the ring: plain data, so that the tick never allocates; only an error has text.
 #[derive(Clone, Debug)]
@@ -233,7 +237,8 @@ impl Recorder {
         let shown = path.clone();
         let alive = Arc::clone(&beats);
         let work = move || {
-            let result = write_all(writer, sync, consumer, &topics, &names, &shown, &alive);
+            let rows = Inlet { ring: consumer, waits };
+            let result = write_all(writer, sync, rows, &topics, &names, &shown, &alive);
             told.store(result.is_err(), Ordering::Release);
             result
         };
@@ -410,10 +415,17 @@ fn gone(failed: &AtomicBool, ring: &Producer<Item>) -> bool {
     failed.load(Ordering::Acquire) || ring.is_abandoned()
 }
 
+/// What the writer takes from.
+struct Inlet {
+    ring: Consumer<Item>,
+    /// Whether the loop waits where the ring is full.
+    waits: bool,
+}
+
 fn write_all<W: Write + Seek>(
     mut writer: LogWriter<BufWriter<W>>,
     sync: fn(&W) -> std::io::Result<()>,
-    mut ring: Consumer<Item>,
+    mut inlet: Inlet,
     topics: &[Topic],
     names: &Names,
     path: &Path,
@@ -422,14 +434,15 @@ fn write_all<W: Write + Seek>(
     loop {
         beats.fetch_add(1, Ordering::Relaxed);
         // Asked before the pop: what was pushed before the producer left is still taken.
-        let abandoned = ring.is_abandoned();
-        match ring.pop() {
+        let abandoned = inlet.ring.is_abandoned();
+        match inlet.ring.pop() {
             Ok(Item::Row { topic, time_ns, values }) => {
                 let topic = usize::from(topic);
                 writer.row(topic, time_ns, &values[..topics[topic].channels.len()])?;
             }
             Ok(Item::Event { time_ns, event }) => writer.event(time_ns, &event.spelled_out(names))?,
             Err(_) if abandoned => break,
+            Err(_) if inlet.waits => clock::rest(REST),
             Err(_) => clock::nap(),
         }
     }
