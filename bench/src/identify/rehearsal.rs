@@ -13,9 +13,9 @@ use procedures::trace::{Plot, Series};
 use reports::record::{Findings, ProcedureFindings};
 use sim_devices::unit::{FieldOfPart, PARAMETERS, Setting, UnitSettings};
 
-use self::fit::{Curves, Point, fit};
-use super::settings::{MEASURED_RATIO, spread_si};
-use super::{Identified, IdentifiedSetting, Standing};
+use self::fit::{Curves, Point, Unknown, fit};
+use super::settings::{IN_STEPS, MEASURED_RATIO, spread_si, with_rounding};
+use super::{Identified, IdentifiedSetting, Standing, Value};
 use crate::campaign::simulated::{NoResult, Simulated};
 use crate::cycle::laws::Laws;
 use crate::files::{parameters, profile};
@@ -31,41 +31,53 @@ struct Sought {
     /// The kind of the procedure.
     kind: &'static str,
     settings: &'static [Stepped],
-    /// Beginnings of the ids of pictures.
-    pictures: &'static [&'static str],
-    /// How the labels of curves end.
-    curves: &'static [&'static str],
-    scaled: Scaled,
+    /// A setting that shows in the curves as those do, and that stays as it is: its uncertainty is theirs, too.
+    with: Option<&'static str>,
+    /// Whether they show in a curve of a picture.
+    shows: fn(&Plot, &Series) -> bool,
+    /// Whether the instrument of a curve has another scale than the simulated one: all points of such curves may be shifted by one value.
+    is_scaled: fn(&Plot, &Series) -> bool,
+    /// Standard uncertainty of that shift, in the unit of the pictures.
+    scale_u: f64,
 }
 
-/// A setting with the step from the base that tells the slopes of the curves.
+/// A setting with the step from the base that tells the slopes of the curves; `*` stands for the axis of the procedure.
 struct Stepped {
     key: &'static str,
     step_si: f64,
 }
 
-/// Curves by an instrument whose scale is not that of the simulated one: all points of them may be shifted by one value.
-struct Scaled {
-    /// Beginning of the ids of pictures.
-    picture: &'static str,
-    /// How the labels of curves end.
-    curve: &'static str,
-    /// Standard uncertainty of the shift, in the unit of the pictures.
-    u: f64,
-}
-
-/// Gain and phase of the mirror. The strain gauge is inside its loop; the autocollimator has a scale of its own, of some tenths of a
-/// per cent.
-const SOUGHT: &[Sought] = &[Sought {
-    kind: "fsm-response",
-    settings: &[
-        Stepped { key: "mirror.hysteresis", step_si: 0.02 },
-        Stepped { key: "mirror.support-frequency", step_si: 2.0 },
-    ],
-    pictures: &["gain-", "phase-"],
-    curves: &[", strain gauge", ", autocollimator"],
-    scaled: Scaled { picture: "gain-", curve: ", autocollimator", u: 0.1 },
-}];
+/// What is sought where: curves of the mirror, and phases of the structure.
+const SOUGHT: &[Sought] = &[
+    // The strain gauge is inside the mirror's loop; the autocollimator has a scale of its own, of some tenths of a per cent.
+    Sought {
+        kind: "fsm-response",
+        settings: &[
+            Stepped { key: "mirror.hysteresis", step_si: 0.02 },
+            Stepped { key: "mirror.support-frequency", step_si: 2.0 },
+        ],
+        with: None,
+        shows: |plot, series| {
+            ["gain-", "phase-"].iter().any(|id| plot.id.starts_with(id))
+                && [", strain gauge", ", autocollimator"].iter().any(|end| series.label.ends_with(end))
+        },
+        is_scaled: |plot, series| plot.id.starts_with("gain-") && series.label.ends_with(", autocollimator"),
+        scale_u: 0.1,
+    },
+    // From command to encoder, whichever part of the way takes the time.
+    Sought {
+        kind: "modes",
+        settings: &[Stepped { key: "*.command-delay", step_si: 250e-6 }],
+        with: Some("*.sensor-delay"),
+        shows: |plot, series| {
+            plot.id.starts_with("encoder-")
+                && plot.id.ends_with("-phase")
+                && series.label.starts_with("measured")
+        },
+        is_scaled: |_, _| false,
+        scale_u: 1.0,
+    },
+];
 
 /// Root of χ²/ν above which the curves are not those of the twin with any values of the settings.
 const MISFIT_MOST: f64 = 5.0;
@@ -90,11 +102,13 @@ impl Rehearsal<'_> {
         for sought in SOUGHT {
             let shows = |p: &&ProcedureFindings| p.state.is_none() && p.kind == sought.kind;
             for procedure in self.findings.procedures.iter().filter(shows) {
-                if curves(sought, &procedure.plots).is_empty() {
+                let keys = sought.keys(&procedure.axis);
+                let is_found = |key: &String| found.settings.iter().any(|own| own.key == key);
+                if keys.iter().all(is_found) || curves(sought, &procedure.plots).is_empty() {
                     continue;
                 }
                 if let Err(why) = self.add(sought, procedure, found) {
-                    found.remarks.push(format!("{}: as in the base: {why}", sought.names()));
+                    found.remarks.push(format!("{}: as in the base: {why}", keys.join(" and ")));
                 }
             }
         }
@@ -106,39 +120,43 @@ impl Rehearsal<'_> {
         procedure: &ProcedureFindings,
         found: &mut Identified,
     ) -> Result<(), String> {
-        (self.tell)(&format!("{}: rehearsals for {}", procedure.id, sought.names()));
+        let keys = sought.keys(&procedure.axis);
+        let names = keys.join(" and ");
+        (self.tell)(&format!("{}: rehearsals for {names}", procedure.id));
         let stage = Stage::new(self, procedure)?;
         let measured = curves(sought, &procedure.plots);
-        let settings: Vec<_> = sought.settings.iter().map(|stepped| setting(stepped.key)).collect();
+        let settings: Vec<_> = keys.iter().map(|key| setting(key)).collect();
         let shown = |values_si: &[f64]| {
             let mut unit = found.unit.clone();
             settings.iter().zip(values_si).for_each(|(setting, value_si)| setting.set(&mut unit, *value_si));
             Ok::<_, String>(curves(sought, &stage.plots(self, &unit)?))
         };
-        let priors: Vec<Prior> = settings.iter().map(|setting| prior(setting, &found.unit)).collect();
-        let steps: Vec<f64> = sought.settings.iter().map(|stepped| stepped.step_si).collect();
-        let fit = fit(&measured, &priors, &steps, sought.scaled.u, &shown)?;
+        let unknown = |(setting, stepped): (&&'static _, &Stepped)| unknown(setting, stepped, &found.unit);
+        let unknowns: Vec<Unknown> = settings.iter().zip(sought.settings).map(unknown).collect();
+        let fit = fit(&measured, &unknowns, sought.scale_u, &shown)?;
         if fit.misfit_ratio > MISFIT_MOST {
             found.contradictions.push(format!(
-                "{}: curves deviate from those of the twin by {:.1} times their noise, whatever {} is",
-                procedure.id,
-                fit.misfit_ratio,
-                sought.names()
+                "{}: curves deviate from those of the twin by {:.1} times their noise, whatever {names} is",
+                procedure.id, fit.misfit_ratio
             ));
         }
         let log = procedure.log.as_ref().map_or_else(String::new, |log| format!(" ({log})"));
-        for ((setting, value), prior) in settings.iter().zip(&fit.values).zip(&priors) {
-            if value.u_si > MEASURED_RATIO * prior.u
+        let with_u_si = sought.with.map_or(0.0, |key| known_u_si(&of_axis(key, &procedure.axis), found));
+        for ((setting, value), unknown) in settings.iter().zip(&fit.values).zip(&unknowns) {
+            if value.u_si > MEASURED_RATIO * unknown.prior.u
                 || found.settings.iter().any(|own| own.key == setting.key)
             {
                 continue;
             }
+            let u_si = with_rounding(setting.key, value.u_si.hypot(with_u_si), found.unit.step_rate_hz);
+            let is_measured = u_si <= MEASURED_RATIO * unknown.prior.u;
+            let value = Value { value_si: unknown.rounded(value.value_si), u_si, ..*value };
             setting.set(&mut found.unit, value.value_si);
             found.settings.push(IdentifiedSetting {
                 key: setting.key,
-                value: *value,
-                standing: Standing::Measured,
-                evidence: vec![format!("gain and phase of {}{log}", procedure.id)],
+                value,
+                standing: if is_measured { Standing::Measured } else { Standing::InPart },
+                evidence: vec![format!("curves of {}{log}", procedure.id)],
             });
         }
         let place = |key: &str| PARAMETERS.iter().position(|p| p.key == key);
@@ -148,11 +166,15 @@ impl Rehearsal<'_> {
 }
 
 impl Sought {
-    /// E.g. `mirror.hysteresis and mirror.support-frequency`.
-    fn names(&self) -> String {
-        let keys: Vec<&str> = self.settings.iter().map(|stepped| stepped.key).collect();
-        keys.join(" and ")
+    /// Keys of its settings for a procedure on this axis.
+    fn keys(&self, axis: &str) -> Vec<String> {
+        self.settings.iter().map(|stepped| of_axis(stepped.key, axis)).collect()
     }
+}
+
+/// A key with the axis that `*` stands for.
+fn of_axis(key: &str, axis: &str) -> String {
+    key.replacen('*', axis, 1)
 }
 
 /// A setting of units by its key.
@@ -161,9 +183,18 @@ fn setting(key: &str) -> &'static Setting<FieldOfPart<UnitSettings>> {
 }
 
 /// What is known of a setting before its curves are looked at.
-fn prior(setting: &Setting<FieldOfPart<UnitSettings>>, unit: &UnitSettings) -> Prior {
+fn unknown(setting: &Setting<FieldOfPart<UnitSettings>>, stepped: &Stepped, unit: &UnitSettings) -> Unknown {
     let value = setting.get(unit);
-    Prior { value, u: spread_si(setting, value), range: setting.range_si, is_fixed: false }
+    let prior = Prior { value, u: spread_si(setting, value), range: setting.range_si, is_fixed: false };
+    let grid = if IN_STEPS.contains(&setting.key) { 1.0 / unit.step_rate_hz } else { 0.0 };
+    Unknown { prior, step: stepped.step_si, grid }
+}
+
+/// Standard uncertainty of a setting of the twin, SI: of what was found, otherwise of the base's value.
+fn known_u_si(key: &str, found: &Identified) -> f64 {
+    let own = found.settings.iter().find(|own| own.key == key);
+    let setting = setting(key);
+    own.map_or_else(|| spread_si(setting, setting.get(&found.unit)), |own| own.value.u_si)
 }
 
 /// A procedure of the run, to be run in virtual time.
@@ -223,15 +254,14 @@ impl Stage {
 /// The points of the sought curves. Pictures draw U with k = 2.
 fn curves(sought: &Sought, plots: &[Plot]) -> Curves {
     let mut all = Curves::new();
-    for plot in plots.iter().filter(|plot| sought.pictures.iter().any(|id| plot.id.starts_with(id))) {
-        let own = |series: &&Series| sought.curves.iter().any(|curve| series.label.ends_with(curve));
-        for series in plot.series.iter().filter(own) {
-            let Scaled { picture, curve, .. } = sought.scaled;
-            let is_scaled = plot.id.starts_with(picture) && series.label.ends_with(curve);
+    for plot in plots {
+        for series in plot.series.iter().filter(|series| (sought.shows)(plot, series)) {
+            let is_scaled = (sought.is_scaled)(plot, series);
+            let is_angle_deg = plot.y.unit == "deg";
             for ((x, &y), u) in series.x.iter().zip(&series.y).zip(&series.u) {
                 if y.is_finite() && *u > 0.0 {
                     let name = format!("{} {} {x}", plot.id, series.label);
-                    all.insert(name, Point { y, u: 0.5 * u, is_scaled });
+                    all.insert(name, Point { y, u: 0.5 * u, is_scaled, is_angle_deg });
                 }
             }
         }

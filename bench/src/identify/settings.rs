@@ -9,6 +9,8 @@ use super::{CONTRADICTS_U, Finding, Identified, IdentifiedSetting, Setup, Standi
 
 mod spread;
 
+pub(super) use spread::{IN_STEPS, with_rounding};
+
 /// A setting is measured if the findings leave at most this share of the uncertainty that it had before.
 pub(super) const MEASURED_RATIO: f64 = 0.5;
 /// A setting that keeps more than this share of it is left as the base has it.

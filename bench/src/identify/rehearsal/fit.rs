@@ -17,6 +17,26 @@ pub(super) struct Point {
     pub(super) u: f64,
     /// Whether its instrument has a scale of its own.
     pub(super) is_scaled: bool,
+    /// Whether whole turns of 360 make no difference.
+    pub(super) is_angle_deg: bool,
+}
+
+/// A setting that is sought.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Unknown {
+    pub(super) prior: Prior,
+    /// From the base: tells the slopes of the curves.
+    pub(super) step: f64,
+    /// Values that the simulation can have are multiples of this; 0 where it can have any.
+    pub(super) grid: f64,
+}
+
+impl Unknown {
+    /// The nearest value that the simulation can have.
+    pub(super) fn rounded(&self, value: f64) -> f64 {
+        let [least, most] = self.prior.range;
+        if self.grid > 0.0 { ((value / self.grid).round() * self.grid).clamp(least, most) } else { value }
+    }
 }
 
 /// Points by picture, curve and abscissa.
@@ -34,15 +54,15 @@ pub(super) struct Fit {
 /// as large as that of the measurement, so variances are doubled; u is widened by what the curves leave (Birge ratio).
 pub(super) fn fit(
     measured: &Curves,
-    priors: &[Prior],
-    steps: &[f64],
+    unknowns: &[Unknown],
     scale_u: f64,
     shown: &dyn Fn(&[f64]) -> Result<Curves, String>,
 ) -> Result<Fit, String> {
+    let priors: Vec<Prior> = unknowns.iter().map(|unknown| unknown.prior).collect();
     let base: Vec<f64> = priors.iter().map(|prior| prior.value).collect();
     let at_base = shown(&base)?;
     let mut stepped = Vec::new();
-    for (k, (prior, step)) in priors.iter().zip(steps).enumerate() {
+    for (k, Unknown { prior, step, .. }) in unknowns.iter().enumerate() {
         let step = if base[k] + step <= prior.range[1] { *step } else { -step };
         let mut values = base.clone();
         values[k] += step;
@@ -52,12 +72,12 @@ pub(super) fn fit(
     let mut shown_there = at_base.clone();
     for _ in 0..STEPS {
         let points = points(measured, &at_base, &stepped, &shown_there);
-        let solved = solved(&points, priors, &at, scale_u)?;
-        at = solved.parameters[..priors.len()].iter().map(|estimated| estimated.value).collect();
+        let solved = solved(&points, &priors, &at, scale_u)?;
+        at = unknowns.iter().zip(&solved.parameters).map(|(own, found)| own.rounded(found.value)).collect();
         shown_there = shown(&at)?;
     }
     let points = points(measured, &at_base, &stepped, &shown_there);
-    let posterior = solved(&points, priors, &at, scale_u)?;
+    let posterior = solved(&points, &priors, &at, scale_u)?;
     let dof = (points.len() - priors.len() - 1) as f64;
     let misfit_ratio = (posterior.residuals_u.iter().map(|r| r * r).sum::<f64>() / dof).sqrt();
     let value = |estimated: &Estimated| Value {
@@ -85,10 +105,15 @@ struct Compared {
 fn points(measured: &Curves, base: &Curves, stepped: &[Moved], shown: &Curves) -> Vec<Compared> {
     let one = |(name, point): (&String, &Point)| {
         let from = base.get(name)?.y;
-        let slope = |moved: &Moved| Some((moved.curves.get(name)?.y - from) / moved.step);
+        let shown = shown.get(name)?.y;
+        let between = |from: f64, to: f64| {
+            let turns = if point.is_angle_deg { ((to - from) / 360.0).round() } else { 0.0 };
+            to - from - 360.0 * turns
+        };
+        let slope = |moved: &Moved| Some(between(from, moved.curves.get(name)?.y) / moved.step);
         Some(Compared {
-            measured: point.clone(),
-            shown: shown.get(name)?.y,
+            measured: Point { y: shown + between(shown, point.y), ..point.clone() },
+            shown,
             slopes: stepped.iter().map(slope).collect::<Option<_>>()?,
         })
     };
@@ -131,17 +156,22 @@ mod tests {
             let bent = values[0] * x * (1.0 + 0.1 * values[0]) + (values[1] * x).cos();
             bent + noise * f64::from(2 * (k % 2) - 1) + if k > 40 { shift } else { 0.0 }
         };
-        (1..80).map(|k| (k.to_string(), Point { y: y(k), u: 0.001, is_scaled: k > 40 })).collect()
+        (1..80)
+            .map(|k| (k.to_string(), Point { y: y(k), u: 0.001, is_scaled: k > 40, is_angle_deg: false }))
+            .collect()
     }
 
-    fn priors() -> [Prior; 2] {
-        [0.5, 1.0].map(|value| Prior { value, u: 0.3, range: [0.0, 2.0], is_fixed: false })
+    fn unknowns() -> [Unknown; 2] {
+        [0.5, 1.0].map(|value| Unknown {
+            prior: Prior { value, u: 0.3, range: [0.0, 2.0], is_fixed: false },
+            step: 0.05,
+            grid: 0.0,
+        })
     }
 
     fn fitted(noise: f64) -> Fit {
         let measured = curves_of(&[0.62, 1.04], noise, 0.02);
-        fit(&measured, &priors(), &[0.05, 0.05], 0.1, &|values| Ok(curves_of(values, -noise, 0.0)))
-            .expect("a fit")
+        fit(&measured, &unknowns(), 0.1, &|values| Ok(curves_of(values, -noise, 0.0))).expect("a fit")
     }
 
     #[test]
@@ -163,7 +193,25 @@ mod tests {
     #[test]
     fn curves_with_other_points_tell_nothing() {
         let measured = curves_of(&[0.62, 1.04], 0.0, 0.0);
-        let found = fit(&measured, &priors(), &[0.05, 0.05], 0.1, &|_| Ok(Curves::new()));
+        let found = fit(&measured, &unknowns(), 0.1, &|_| Ok(Curves::new()));
         assert!(found.expect_err("no common points").starts_with("rehearsals share only 0 points"));
+    }
+
+    #[test]
+    fn a_delay_in_steps_is_found_between_them_from_phases_that_turn_round() {
+        let phases = |delay_s: f64| -> Curves {
+            let y = |hz: f64| (500.0 - 360.0 * hz * delay_s).rem_euclid(360.0) - 180.0;
+            let point = |hz: f64| Point { y: y(hz), u: 0.5, is_scaled: false, is_angle_deg: true };
+            (1..70).map(|hz| (hz.to_string(), point(f64::from(hz)))).collect()
+        };
+        let delay = Unknown {
+            prior: Prior { value: 1.5e-3, u: 0.5e-3, range: [0.0, 0.1], is_fixed: false },
+            step: 250e-6,
+            grid: 50e-6,
+        };
+        let rounded = |values: &[f64]| Ok(phases((values[0] / 50e-6).round() * 50e-6));
+        let found = fit(&phases(1.87e-3), &[delay], 1.0, &rounded).expect("a fit");
+        assert!((found.values[0].value_si - 1.87e-3).abs() < 1e-6, "{found:?}");
+        assert!(found.misfit_ratio < 1.0, "{found:?}");
     }
 }

@@ -76,7 +76,7 @@ pub(super) fn of(setting: &Setting<FieldOfPart<UnitSettings>>, value_si: f64) ->
 }
 
 /// Delays of whole steps of the simulation, in the order in which they are rounded: what follows takes up the rest.
-pub(super) const IN_STEPS: [&str; 4] =
+pub(in crate::identify) const IN_STEPS: [&str; 4] =
     ["az.sensor-delay", "el.sensor-delay", "az.command-delay", "el.command-delay"];
 
 /// Whether a setting is one of the delays that make sums with those in steps.
@@ -90,7 +90,7 @@ fn is_counted(key: &str) -> bool {
 }
 
 /// The uncertainty with that of rounding: half a step either way, none of what is counted.
-pub(super) fn with_rounding(key: &str, u: f64, step_rate_hz: f64) -> f64 {
+pub(in crate::identify) fn with_rounding(key: &str, u: f64, step_rate_hz: f64) -> f64 {
     match (IN_STEPS.contains(&key), is_counted(key)) {
         (true, _) => u.hypot(0.5 / step_rate_hz / 3.0_f64.sqrt()),
         (_, true) => 0.0,

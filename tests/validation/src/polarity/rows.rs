@@ -67,7 +67,19 @@ pub fn rows() -> Vec<Row> {
     ] {
         all.push(Row { name: name.to_owned(), unit: shipped::director(name), sentence: None, seeds });
     }
+    all.push(Row { name: "elevation under load".to_owned(), unit: under_load(), sentence: None, seeds: 300 });
     all
+}
+
+/// A soft contact that bears half of its static friction, as elevation of drawn unit 910: it sags by 1.7 z_ss.
+fn under_load() -> UnitSettings {
+    let mut unit = UnitSettings::default();
+    unit.el.coulomb_torque_nm = 31.8;
+    unit.el.static_torque_nm = 39.9;
+    unit.el.bristle_stiffness_nm_per_rad = 38_000.0;
+    unit.el.bristle_damping_nm_s_per_rad = 8670.0;
+    unit.el.unbalance_nm = 27.0;
+    unit
 }
 
 /// A pose within the allowed band, azimuth and elevation in degrees: 30° from the soft limits, and elevation where

@@ -69,7 +69,7 @@ pub(super) fn conclude(keys: &Keys, cases: &[Case], points: &[PointResult]) -> C
         for planned in having(TONE) {
             add_harmonics(keys, planned, &mut conclusion);
         }
-        conclusion.plots.extend(response_plots(axis, &responses));
+        conclusion.plots.extend(response_plots(keys, axis, &responses));
         conclusion.plots.extend(open_loops(keys, &responses));
         conclusion.remarks.extend(remark_on_resonance(axis, &conclusion.measurements));
     }
@@ -213,7 +213,7 @@ fn add_harmonics(keys: &Keys, planned: Planned<'_>, conclusion: &mut Conclusion)
 }
 
 /// Gain and phase over frequency, all responses of one axis.
-fn response_plots(axis: usize, points: &[Planned<'_>]) -> Vec<Plot> {
+fn response_plots(keys: &Keys, axis: usize, points: &[Planned<'_>]) -> Vec<Plot> {
     let name = MIRROR_AXES[axis];
     let mut gain = Vec::new();
     let mut phase = Vec::new();
@@ -221,14 +221,18 @@ fn response_plots(axis: usize, points: &[Planned<'_>]) -> Vec<Plot> {
     for planned in points {
         let point = &planned.case.point;
         let response = planned.point().and_then(|point| point.response.as_ref());
-        let gauge = response.map(|response| ("strain gauge", &response.gauge));
+        let gauge = response.map(|response| ("strain gauge", &response.gauge, 0.0));
         let reference = response.and_then(|response| response.reference.as_ref());
-        for (sensor, lines) in gauge.into_iter().chain(reference.map(|lines| ("autocollimator", lines))) {
+        // Its scale is no better than its certificate; the gauge is the servo's own measure.
+        let reference = reference.map(|lines| ("autocollimator", lines, keys.reference_u_ratio));
+        for (sensor, lines, scale_u_ratio) in gauge.into_iter().chain(reference) {
             let plain: Vec<Line> = lines.iter().map(|l| l.line).collect();
             let label = format!("{point}, {sensor}");
             let decibels: Vec<f64> = plain.iter().map(Line::gain_db).collect();
             let degrees: Vec<f64> = unwrapped_rad(&plain).iter().map(|p| p.to_degrees()).collect();
-            gain.extend(series(&label, lines, &decibels, &|l| 2.0 * decibel(l.relative_sd())));
+            gain.extend(series(&label, lines, &decibels, &|l| {
+                2.0 * decibel(l.relative_sd().hypot(scale_u_ratio))
+            }));
             phase.extend(series(&label, lines, &degrees, &|l| 2.0 * l.relative_sd().to_degrees()));
         }
         for (measurand, label) in [(BANDWIDTH, "-3 dB"), (RESONANCE, "support")] {
