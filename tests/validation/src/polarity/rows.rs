@@ -76,9 +76,9 @@ fn under_load() -> UnitSettings {
     let mut unit = UnitSettings::default();
     unit.el.coulomb_torque_nm = 31.8;
     unit.el.static_torque_nm = 39.9;
-    unit.el.bristle_stiffness_nm_per_rad = 38_000.0;
+    unit.el.bristle_stiffness_nm_per_rad = 42_600.0;
     unit.el.bristle_damping_nm_s_per_rad = 8670.0;
-    unit.el.unbalance_nm = 27.0;
+    unit.el.unbalance_nm = 20.0;
     unit
 }
 
