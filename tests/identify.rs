@@ -68,7 +68,7 @@ fn the_hysteresis_of_the_mirror_is_found_by_rehearsals_of_its_response() {
     let found = written(&at.join("twin.toml"), "mirror", "hysteresis");
     let percent: f64 = found.trim_end_matches(" %").parse().expect("a number");
     assert!((percent - 12.0).abs() < 0.1, "{found}\n{}", said.out);
-    assert!(said.out.contains("curves of FSM-RESPONSE (FSM-RESPONSE.mcap)"), "{}", said.out);
+    assert!(said.out.contains("gain and phase of FSM-RESPONSE (FSM-RESPONSE.mcap)"), "{}", said.out);
 }
 
 #[test]

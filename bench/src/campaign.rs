@@ -36,6 +36,7 @@ mod procedure_run;
 mod schedule;
 pub(crate) mod simulated;
 
+pub(crate) use admit::processors;
 pub use procedure_run::ProcedureRun;
 
 /// Everything that a run is made from.

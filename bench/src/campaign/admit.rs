@@ -107,7 +107,8 @@ fn wire_faults(setup: &Setup<'_>) -> Vec<String> {
     setup.site.wire_faults().map(|faults| faults.asked().to_vec()).unwrap_or_default()
 }
 
-fn processors() -> usize {
+/// Processors of this machine that the program may use.
+pub(crate) fn processors() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 

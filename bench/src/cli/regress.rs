@@ -12,6 +12,7 @@ use super::folders;
 use super::law::{AskedLaw, LawArgs, asked_law};
 use super::options::load_rig;
 use super::output;
+use crate::campaign::processors;
 use crate::cycle::laws::Laws;
 use crate::exit;
 use crate::files::shipped::{self, Folder, sort};
@@ -278,10 +279,6 @@ fn units(over: &Over) -> Result<Units, Vec<Diagnostic>> {
         return Units::drawn(&over.family, over.family_seed, over.units);
     }
     Units::named(&over.unit)
-}
-
-fn processors() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 /// Runs at a time.

@@ -33,6 +33,8 @@ struct Sought {
     settings: &'static [Stepped],
     /// A setting that shows in the curves as those do, and that stays as it is: its uncertainty is theirs, too.
     with: Option<&'static str>,
+    /// What of the curves tells them, in words.
+    evidence: &'static str,
     /// Whether they show in a curve of a picture.
     shows: fn(&Plot, &Series) -> bool,
     /// Whether the instrument of a curve has another scale than the simulated one: all points of such curves may be shifted by one value.
@@ -57,6 +59,7 @@ const SOUGHT: &[Sought] = &[
             Stepped { key: "mirror.support-frequency", step_si: 2.0 },
         ],
         with: None,
+        evidence: "gain and phase",
         shows: |plot, series| {
             ["gain-", "phase-"].iter().any(|id| plot.id.starts_with(id))
                 && [", strain gauge", ", autocollimator"].iter().any(|end| series.label.ends_with(end))
@@ -69,6 +72,7 @@ const SOUGHT: &[Sought] = &[
         kind: "modes",
         settings: &[Stepped { key: "*.command-delay", step_si: 250e-6 }],
         with: Some("*.sensor-delay"),
+        evidence: "phases",
         shows: |plot, series| {
             plot.id.starts_with("encoder-")
                 && plot.id.ends_with("-phase")
@@ -107,7 +111,7 @@ impl Rehearsal<'_> {
                 if keys.iter().all(is_found) || curves(sought, &procedure.plots).is_empty() {
                     continue;
                 }
-                if let Err(why) = self.add(sought, procedure, found) {
+                if let Err(why) = self.add(sought, &keys, procedure, found) {
                     found.remarks.push(format!("{}: as in the base: {why}", keys.join(" and ")));
                 }
             }
@@ -117,10 +121,10 @@ impl Rehearsal<'_> {
     fn add(
         &self,
         sought: &Sought,
+        keys: &[String],
         procedure: &ProcedureFindings,
         found: &mut Identified,
     ) -> Result<(), String> {
-        let keys = sought.keys(&procedure.axis);
         let names = keys.join(" and ");
         (self.tell)(&format!("{}: rehearsals for {names}", procedure.id));
         let stage = Stage::new(self, procedure)?;
@@ -156,7 +160,7 @@ impl Rehearsal<'_> {
                 key: setting.key,
                 value,
                 standing: if is_measured { Standing::Measured } else { Standing::InPart },
-                evidence: vec![format!("curves of {}{log}", procedure.id)],
+                evidence: vec![format!("{} of {}{log}", sought.evidence, procedure.id)],
             });
         }
         let place = |key: &str| PARAMETERS.iter().position(|p| p.key == key);

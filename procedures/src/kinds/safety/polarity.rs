@@ -28,9 +28,8 @@ likely cause, what was expected and what was found.
 Torque without feedback, every axis of the rig, at poses at least 30 deg from the soft limits where friction holds the
 load. *Pulses* first, on all axes: ± 0.2 of the expected static friction, ramped up, held, ramped down, then three sines
 (2.25, 3.75 and 5.25 Hz) of 0.08 together. The contact stays in presliding and springs back; one that bears a load sags.
-Beyond 2.5 z_ss
-(static friction over bristle stiffness: 0.33 / 0.12 deg) or 0.5 deg/s the point trips, the torque is switched off, and nothing
-else is run. Then *ramps*: torque grows until the axis has moved by 1.5 z_ss, then it is switched off; friction brakes.
+Beyond 2.5 z_ss (static friction over bristle stiffness: 0.33 / 0.12 deg) or 0.5 deg/s the point trips, the torque is
+switched off, and nothing else is run. Then *ramps*: torque grows until the axis has moved by 1.5 z_ss, then it is switched off; friction brakes.
 They trip beyond 0.45 deg or 5 z_ss, and 0.9 deg/s: if a sensor shows only half of the motion, the axis still stays below
 1 deg and 2 deg/s.
 

@@ -71,7 +71,7 @@ pub fn rows() -> Vec<Row> {
     all
 }
 
-/// A soft contact that bears half of its static friction, as elevation of drawn unit 910: it sags by 1.7 z_ss.
+/// A soft contact that bears half of its static friction, as elevation of drawn unit 910: it sags by more than 1.5 z_ss.
 fn under_load() -> UnitSettings {
     let mut unit = UnitSettings::default();
     unit.el.coulomb_torque_nm = 31.8;
