@@ -21,6 +21,26 @@ fn the_nominal_unit_covers_its_envelope_and_keeps_every_limit() {
     }
 }
 
+/// With this seed the encoder counted one tick of the last stretch as 1.03e-3 rad/s when that was driven at 0.87e-3 rad/s:
+/// more than interlocks take for rest, too near to the end.
+#[test]
+fn noise_of_the_encoder_trips_nothing_at_the_ends_of_the_travel() {
+    let folder = folder();
+    let arguments = [
+        "run",
+        "quick/az-range.toml",
+        "--seed",
+        "100910",
+        "--select",
+        "MOT-RNG-AZ",
+        "--out",
+        "run",
+        "--non-interactive",
+    ];
+    let said = run_in(folder.path(), &arguments);
+    assert_eq!(verdict(&folder.path().join("run"), "MOT-RNG-AZ"), "pass", "{}\n{}", said.out, said.err);
+}
+
 /// The bench's own limits hold all the same: only the drive's are travelled past, by as much as was planned.
 #[test]
 fn a_drive_that_ignores_its_soft_limits_fails_them_and_nothing_else() {

@@ -43,10 +43,12 @@ struct Sought {
     scale_u: f64,
 }
 
-/// A setting with the step from the base that tells the slopes of the curves; `*` stands for the axis of the procedure.
+/// A setting with the step that tells the slopes of the curves; `*` stands for the axis of the procedure.
 struct Stepped {
     key: &'static str,
     step_si: f64,
+    /// Values to begin with, as distances from the base; empty where the curves are almost straight lines of the setting.
+    scan_si: &'static [f64],
 }
 
 /// What is sought where: curves of the mirror, and phases of the structure.
@@ -55,8 +57,13 @@ const SOUGHT: &[Sought] = &[
     Sought {
         kind: "fsm-response",
         settings: &[
-            Stepped { key: "mirror.hysteresis", step_si: 0.02 },
-            Stepped { key: "mirror.support-frequency", step_si: 2.0 },
+            Stepped { key: "mirror.hysteresis", step_si: 0.02, scan_si: &[] },
+            // A narrow line: curves of 140 Hz know nothing of one at 136 Hz.
+            Stepped {
+                key: "mirror.support-frequency",
+                step_si: 0.5,
+                scan_si: &[-8.0, -6.0, -4.0, -2.0, 0.0, 2.0, 4.0, 6.0, 8.0],
+            },
         ],
         with: None,
         evidence: "gain and phase",
@@ -70,7 +77,7 @@ const SOUGHT: &[Sought] = &[
     // From command to encoder, whichever part of the way takes the time.
     Sought {
         kind: "modes",
-        settings: &[Stepped { key: "*.command-delay", step_si: 250e-6 }],
+        settings: &[Stepped { key: "*.command-delay", step_si: 250e-6, scan_si: &[] }],
         with: Some("*.sensor-delay"),
         evidence: "phases",
         shows: |plot, series| {
@@ -191,7 +198,7 @@ fn unknown(setting: &Setting<FieldOfPart<UnitSettings>>, stepped: &Stepped, unit
     let value = setting.get(unit);
     let prior = Prior { value, u: spread_si(setting, value), range: setting.range_si, is_fixed: false };
     let grid = if IN_STEPS.contains(&setting.key) { 1.0 / unit.step_rate_hz } else { 0.0 };
-    Unknown { prior, step: stepped.step_si, grid }
+    Unknown { prior, step: stepped.step_si, grid, scan: stepped.scan_si }
 }
 
 /// Standard uncertainty of a setting of the twin, SI: of what was found, otherwise of the base's value.

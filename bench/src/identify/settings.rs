@@ -15,6 +15,11 @@ pub(super) use spread::{IN_STEPS, with_rounding};
 pub(super) const MEASURED_RATIO: f64 = 0.5;
 /// A setting that keeps more than this share of it is left as the base has it.
 const UNTOUCHED_RATIO: f64 = 0.99;
+/// What a sound unit has none of. Found by less than this many U it counts as none: by chance a twin would have a fault.
+const FAULTS: [&str; 2] = [".encoder-slip", ".encoder-backlash"];
+const LEAST_FAULT_U: f64 = 2.0;
+/// Step that tells whether a finding depends on a setting, in the uncertainty of this before anything was measured.
+const PROBE: f64 = 1e-3;
 /// A finding with a smaller share in a value is not named as its evidence.
 const LEAST_SHARE: f64 = 0.02;
 
@@ -22,7 +27,7 @@ const LEAST_SHARE: f64 = 0.02;
 struct Used<'a> {
     finding: &'a Finding<'a>,
     relation: &'static Relation,
-    /// Places among the sought settings.
+    /// Places of all that it depends on among the sought settings.
     sought: Vec<usize>,
     /// Findings of one measurand by one procedure about one axis.
     series: usize,
@@ -88,7 +93,32 @@ impl<'a> Problem<'a> {
             let sought = keys.iter().map(|key| problem.place(key)).collect();
             problem.used.push(Used { finding, relation, sought, series: known.unwrap_or(series.len() - 1) });
         }
+        problem.find_dependences();
         problem
+    }
+
+    /// A finding depends on more settings than it is looked at for: the phase of cogging on the zero of the encoder. The descent
+    /// has to know all of them.
+    fn find_dependences(&mut self) {
+        let priors = self.priors();
+        let base: Vec<f64> = priors.iter().map(|prior| prior.value).collect();
+        let shown = |used: &Used<'_>, unit: &UnitSettings| {
+            (used.relation.shown)(&Shown { finding: used.finding, unit, setup: self.setup })
+        };
+        let at_base: Vec<Option<f64>> = self.used.iter().map(|used| shown(used, self.base)).collect();
+        let mut all: Vec<Vec<usize>> = self.used.iter().map(|used| used.sought.clone()).collect();
+        for (k, prior) in priors.iter().enumerate() {
+            let step = PROBE * prior.u;
+            let mut values = base.clone();
+            values[k] += if base[k] + step <= prior.range[1] { step } else { -step };
+            let unit = self.unit(&values);
+            for ((used, at_base), own) in self.used.iter().zip(&at_base).zip(&mut all) {
+                if !own.contains(&k) && shown(used, &unit) != *at_base {
+                    own.push(k);
+                }
+            }
+        }
+        self.used.iter_mut().zip(all).for_each(|(used, all)| used.sought = all);
     }
 
     /// Place of a setting among the sought ones; it becomes one of them.
@@ -235,6 +265,16 @@ pub(super) fn identify(findings: &[Finding<'_>], setup: &Setup, base: &UnitSetti
             continue;
         }
         let value_si = spread::as_whole(setting.key, values[k]);
+        if is_fault_by_chance(setting.key, &priors[k], estimated) {
+            let shown = |si: f64| super::text::of_setting(setting, si);
+            found.remarks.push(format!(
+                "{}: {} found, less than {LEAST_FAULT_U} times its U of {}: as in the base",
+                setting.key,
+                shown(value_si),
+                shown(2.0 * estimated.spread.u)
+            ));
+            continue;
+        }
         setting.set(&mut found.unit, value_si);
         if estimated.is_at_end {
             let range = setting.range_si.map(|end| super::text::of_setting(setting, end));
@@ -254,6 +294,12 @@ pub(super) fn identify(findings: &[Finding<'_>], setup: &Setup, base: &UnitSetti
     }
     keep_order(&mut found);
     found
+}
+
+/// Whether what was found of a fault that the base has not is too little to make one of it.
+fn is_fault_by_chance(key: &str, prior: &Prior, estimated: &Estimated) -> bool {
+    let is_fault = FAULTS.iter().any(|end| key.ends_with(end));
+    is_fault && prior.value == 0.0 && estimated.value.abs() < LEAST_FAULT_U * 2.0 * estimated.spread.u
 }
 
 /// Static friction is never below sliding friction: where only the sliding one was found, the static one gives way.

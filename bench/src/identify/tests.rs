@@ -178,6 +178,41 @@ fn exact_findings_of_another_unit_give_its_settings_back() {
     assert!(found.contradictions.is_empty(), "{:?}", found.contradictions);
 }
 
+/// Gravity says where the zero of the encoder is, and the phase of cogging follows it. An angle between the axes of gyros and mount,
+/// known by its size alone, must not drive the zero away.
+#[test]
+fn the_zero_of_elevation_stays_where_gravity_and_gyros_have_it() {
+    let mut unit = UnitSettings::default();
+    unit.imu.misalignment_rad = [275e-6, 37e-6, 38e-6];
+    let cogging = |order| under(found("cogging-phase", "el", 1.0, 0.01), &[("order", order)]);
+    let asked = vec![
+        found("elevation-zero-error", "el", 1.0, 0.0),
+        under(found("gyro-mapping-error", "az", 1.0, 0.0), &[("elevation", 40_f64.to_radians())]),
+        found("gyro-mapping-error", "el", 1.0, 0.0),
+        cogging(108.0),
+        cogging(216.0),
+    ];
+    let mut shown = shown_by(&unit, asked);
+    // What gravity says holds the bias of the accelerometers.
+    shown[0].value = shown[0].value.map(|zero_rad| zero_rad + 150e-6);
+    let u = [245e-6, 6.5e-6, 4.4e-6, 2.5e-3, 8e-3];
+    shown.iter_mut().zip(u).for_each(|(own, u)| own.u = u);
+    let found = identified(shown);
+    assert!(found.contradictions.is_empty(), "{:?}", found.contradictions);
+    assert!(found.unit.el.encoder_zero_rad.abs() < 350e-6, "{}", found.unit.el.encoder_zero_rad);
+    let phase = setting(&found, "el.cogging-phase").value;
+    assert!(phase.u_si > 0.01, "U of the zero times the order: {phase:?}");
+}
+
+#[test]
+fn a_slip_that_may_be_none_is_none_and_a_clear_one_is_kept() {
+    let with = |slip: f64| identified(vec![found("encoder-slip", "az", slip, 21e-6)]);
+    let [chance, clear] = [45.9e-6, 120e-6].map(with);
+    assert_eq!(chance.unit.az.encoder_slip_ratio, 0.0);
+    assert!(chance.remarks[0].starts_with("az.encoder-slip: 4"), "{:?}", chance.remarks);
+    assert!(clear.unit.az.encoder_slip_ratio > 100e-6, "{:?}", clear.settings);
+}
+
 #[test]
 fn the_sum_of_two_delays_is_kept_on_whole_steps_and_its_parts_are_marked() {
     let found = identified(vec![found("transport-round-trip", "az", 2.449e-3, 0.2e-6)]);

@@ -1,5 +1,6 @@
 //! Parameters from measured values of several sorts and from weak prior knowledge: the maximum a posteriori estimate by
-//! Gauss–Newton (Gelman et al., *Bayesian Data Analysis*, 3rd ed., ch. 4 and 14).
+//! Gauss–Newton (Gelman et al., *Bayesian Data Analysis*, 3rd ed., ch. 4 and 14), damped as by Levenberg and Marquardt where a
+//! step makes the fit worse (Nocedal & Wright, *Numerical Optimization*, 2nd ed., ch. 10.3).
 //!
 //! Each measured value is a function of some parameters. With a function for each, values that say the same of one parameter are
 //! weighted by their inverse variances, values that only say something of several parameters together move all of them, and a
@@ -64,8 +65,8 @@ pub struct Posterior {
     pub residuals_u: Vec<f64>,
 }
 
-/// Iterations at most; a linear problem takes two.
-const ITERATIONS: usize = 30;
+/// Iterations at most; a linear problem takes two. A magnitude that is known well makes a narrow, curved valley of its components.
+const ITERATIONS: usize = 200;
 /// Change of every parameter, in its prior uncertainty, at which the iteration ends.
 const CONVERGED: f64 = 1e-9;
 /// Largest change of a parameter in one iteration, in its prior uncertainty.
@@ -74,8 +75,11 @@ const LONGEST_STEP: f64 = 2.0;
 const DIFFERENCE: f64 = 1e-4;
 /// A value is not taken to be more certain than this share of what the prior makes of it.
 const LEAST_U_RATIO: f64 = 1e-5;
-/// Halvings of a step that makes the fit worse.
-const HALVINGS: usize = 12;
+/// Damping after the first step that makes the fit worse, in the curvature of the priors, and by what it grows and falls.
+const FIRST_DAMPING: f64 = 1.0;
+const DAMPING_RATIO: f64 = 8.0;
+/// Damping above which no step makes the fit better.
+const LARGEST_DAMPING: f64 = 1e18;
 
 impl Posterior {
     /// The parameters that explain the observations best. `predicted(i, parameters)` is what observation `i` would be; it must
@@ -88,9 +92,18 @@ impl Posterior {
         let problem = Problem { priors, observations, predicted };
         let mut values: Vec<f64> = priors.iter().map(|prior| prior.value).collect();
         let mut model = problem.linearised(&values);
+        let mut damping = 0.0;
         for _ in 0..ITERATIONS {
-            let (step, _) = problem.step(&model, &values);
-            let (next, longest) = problem.improved(&model, &values, &step);
+            let (step, _) = problem.step(&model, &values, damping);
+            let (next, longest) = problem.moved(&values, &step);
+            if problem.cost(&next, &model.u) > problem.cost(&values, &model.u) {
+                damping = (DAMPING_RATIO * damping).max(FIRST_DAMPING);
+                if damping > LARGEST_DAMPING {
+                    break;
+                }
+                continue;
+            }
+            damping = if damping > FIRST_DAMPING { damping / DAMPING_RATIO } else { 0.0 };
             values = next;
             model = problem.linearised(&values);
             if longest < CONVERGED {
@@ -150,14 +163,14 @@ impl Problem<'_> {
         )
     }
 
-    /// The Gauss–Newton step, in the uncertainties of the priors, and the parameters that it leaves at an end of their range.
-    fn step(&self, model: &Linearised, values: &[f64]) -> (DVector<f64>, Vec<usize>) {
+    /// The damped Gauss–Newton step, in the uncertainties of the priors, and the parameters that it leaves at an end of their range.
+    fn step(&self, model: &Linearised, values: &[f64], damping: f64) -> (DVector<f64>, Vec<usize>) {
         let mut sensitivity = model.sensitivity.clone();
         let mut at_end: Vec<usize> = Vec::new();
         loop {
             let mut gradient = sensitivity.tr_mul(&model.residuals) - self.beyond_prior(values);
             at_end.iter().for_each(|&k| gradient[k] = 0.0);
-            let step = inverse_curvature(&sensitivity) * gradient;
+            let step = inverse_curvature(&sensitivity, damping) * gradient;
             let leaves = |&k: &usize| !at_end.contains(&k) && self.leaves_range(k, values[k], step[k]);
             let Some(leaving) = (0..values.len()).find(leaves) else {
                 return (step.map(|one| one.clamp(-LONGEST_STEP, LONGEST_STEP)), at_end);
@@ -173,25 +186,16 @@ impl Problem<'_> {
         step < -CONVERGED && value <= least || step > CONVERGED && value >= most
     }
 
-    /// The values after the step, or after as much of it as makes the fit better, and the largest change.
-    fn improved(&self, model: &Linearised, values: &[f64], step: &DVector<f64>) -> (Vec<f64>, f64) {
-        let before = self.cost(values, &model.u);
-        let mut share = 1.0;
-        for _ in 0..HALVINGS {
-            let moved = |k: usize| {
-                let Prior { u, range, is_fixed, .. } = self.priors[k];
-                let step = if is_fixed { 0.0 } else { share * step[k] * u };
-                (values[k] + step).clamp(range[0], range[1])
-            };
-            let next: Vec<f64> = (0..values.len()).map(moved).collect();
-            if self.cost(&next, &model.u) <= before {
-                let change = |k: usize| ((next[k] - values[k]) / self.priors[k].u).abs();
-                let longest = (0..values.len()).map(change).fold(0.0, f64::max);
-                return (next, longest);
-            }
-            share *= 0.5;
-        }
-        (values.to_vec(), 0.0)
+    /// The values after the step, inside their ranges, and the largest change in the uncertainties of the priors.
+    fn moved(&self, values: &[f64], step: &DVector<f64>) -> (Vec<f64>, f64) {
+        let moved = |k: usize| {
+            let Prior { u, range, is_fixed, .. } = self.priors[k];
+            if is_fixed { values[k] } else { (values[k] + step[k] * u).clamp(range[0], range[1]) }
+        };
+        let next: Vec<f64> = (0..values.len()).map(moved).collect();
+        let change = |k: usize| ((next[k] - values[k]) / self.priors[k].u).abs();
+        let longest = (0..values.len()).map(change).fold(0.0, f64::max);
+        (next, longest)
     }
 
     fn cost(&self, values: &[f64], u: &[f64]) -> f64 {
@@ -201,9 +205,9 @@ impl Problem<'_> {
     }
 
     fn posterior(&self, model: &Linearised, values: &[f64]) -> Posterior {
-        let inverse = inverse_curvature(&model.sensitivity);
+        let inverse = inverse_curvature(&model.sensitivity, 0.0);
         let gain = &inverse * model.sensitivity.transpose();
-        let (_, at_end) = self.step(model, values);
+        let (_, at_end) = self.step(model, values, 0.0);
         let estimated = |k: usize| {
             let prior = &self.priors[k];
             let mut components = self.by_series(k, &gain);
@@ -251,10 +255,10 @@ impl Problem<'_> {
     }
 }
 
-/// (SᵀS + 1)⁻¹: covariance of independent observations and priors, in the uncertainties of the priors.
-fn inverse_curvature(sensitivity: &DMatrix<f64>) -> DMatrix<f64> {
+/// (SᵀS + 1 + λ)⁻¹: without the damping λ the covariance of independent observations and priors, in the uncertainties of the priors.
+fn inverse_curvature(sensitivity: &DMatrix<f64>, damping: f64) -> DMatrix<f64> {
     let count = sensitivity.ncols();
-    let curvature = sensitivity.tr_mul(sensitivity) + DMatrix::identity(count, count);
+    let curvature = sensitivity.tr_mul(sensitivity) + (1.0 + damping) * DMatrix::identity(count, count);
     // Symmetric, and no eigenvalue below 1.
     curvature.cholesky().map_or_else(|| DMatrix::identity(count, count), |factor| factor.inverse())
 }

@@ -6,8 +6,8 @@ use procedures::identification::{Estimated, Observation, Posterior, Prior};
 
 use crate::identify::Value;
 
-/// Steps towards the solution; the curves are almost straight lines of the settings.
-const STEPS: usize = 2;
+/// Steps towards the solution; near it the curves are almost straight lines of the settings.
+const STEPS: usize = 3;
 
 /// A point of a measured curve.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,8 +25,10 @@ pub(super) struct Point {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Unknown {
     pub(super) prior: Prior,
-    /// From the base: tells the slopes of the curves.
+    /// Tells the slopes of the curves.
     pub(super) step: f64,
+    /// Values to begin with, as distances from the base; none if it begins with the base.
+    pub(super) scan: &'static [f64],
     /// Values that the simulation can have are multiples of this; 0 where it can have any.
     pub(super) grid: f64,
 }
@@ -59,24 +61,18 @@ pub(super) fn fit(
     shown: &dyn Fn(&[f64]) -> Result<Curves, String>,
 ) -> Result<Fit, String> {
     let priors: Vec<Prior> = unknowns.iter().map(|unknown| unknown.prior).collect();
-    let base: Vec<f64> = priors.iter().map(|prior| prior.value).collect();
-    let at_base = shown(&base)?;
-    let mut stepped = Vec::new();
-    for (k, Unknown { prior, step, .. }) in unknowns.iter().enumerate() {
-        let step = if base[k] + step <= prior.range[1] { *step } else { -step };
-        let mut values = base.clone();
-        values[k] += step;
-        stepped.push(Moved { step, curves: shown(&values)? });
-    }
-    let mut at = base;
-    let mut shown_there = at_base.clone();
+    let start = start(measured, unknowns, scale_u, shown)?;
+    let at_start = shown(&start)?;
+    let stepped = stepped(unknowns, &start, shown)?;
+    let mut at = start;
+    let mut shown_there = at_start.clone();
     for _ in 0..STEPS {
-        let points = points(measured, &at_base, &stepped, &shown_there);
+        let points = points(measured, &at_start, &stepped, &shown_there);
         let solved = solved(&points, &priors, &at, scale_u)?;
         at = unknowns.iter().zip(&solved.parameters).map(|(own, found)| own.rounded(found.value)).collect();
         shown_there = shown(&at)?;
     }
-    let points = points(measured, &at_base, &stepped, &shown_there);
+    let points = points(measured, &at_start, &stepped, &shown_there);
     let posterior = solved(&points, &priors, &at, scale_u)?;
     let dof = (points.len() - priors.len() - 1) as f64;
     let misfit_ratio = (posterior.residuals_u.iter().map(|r| r * r).sum::<f64>() / dof).sqrt();
@@ -88,7 +84,52 @@ pub(super) fn fit(
     Ok(Fit { values: posterior.parameters[..priors.len()].iter().map(value).collect(), misfit_ratio })
 }
 
-/// What a unit shows with one setting moved from the base.
+/// Where the steps begin: the scanned values whose curves are nearest, the other settings being free.
+fn start(
+    measured: &Curves,
+    unknowns: &[Unknown],
+    scale_u: f64,
+    shown: &dyn Fn(&[f64]) -> Result<Curves, String>,
+) -> Result<Vec<f64>, String> {
+    let mut start: Vec<f64> = unknowns.iter().map(|unknown| unknown.prior.value).collect();
+    for (k, own) in unknowns.iter().enumerate().filter(|(_, own)| !own.scan.is_empty()) {
+        let at_start = shown(&start)?;
+        let stepped = stepped(unknowns, &start, shown)?;
+        let mut nearest = f64::INFINITY;
+        let from = start.clone();
+        for offset in own.scan {
+            let mut at = from.clone();
+            at[k] = (from[k] + offset).clamp(own.prior.range[0], own.prior.range[1]);
+            let is_fixed =
+                |place: usize| Prior { is_fixed: place == k, value: at[place], ..unknowns[place].prior };
+            let priors: Vec<Prior> = (0..unknowns.len()).map(is_fixed).collect();
+            let points = points(measured, &at_start, &stepped, &shown(&at)?);
+            let solved = solved(&points, &priors, &at, scale_u)?;
+            let misfit = solved.residuals_u.iter().map(|r| r * r).sum::<f64>() / points.len() as f64;
+            if misfit < nearest {
+                (nearest, start) = (misfit, at);
+            }
+        }
+    }
+    Ok(start)
+}
+
+/// What is shown with each setting moved from these values.
+fn stepped(
+    unknowns: &[Unknown],
+    from: &[f64],
+    shown: &dyn Fn(&[f64]) -> Result<Curves, String>,
+) -> Result<Vec<Moved>, String> {
+    let moved = |(k, Unknown { prior, step, .. }): (usize, &Unknown)| {
+        let step = if from[k] + step <= prior.range[1] { *step } else { -step };
+        let mut values = from.to_vec();
+        values[k] += step;
+        Ok(Moved { step, curves: shown(&values)? })
+    };
+    unknowns.iter().enumerate().map(moved).collect()
+}
+
+/// What a unit shows with one setting moved.
 struct Moved {
     step: f64,
     curves: Curves,
@@ -166,6 +207,7 @@ mod tests {
             prior: Prior { value, u: 0.3, range: [0.0, 2.0], is_fixed: false },
             step: 0.05,
             grid: 0.0,
+            scan: &[],
         })
     }
 
@@ -191,6 +233,25 @@ mod tests {
     }
 
     #[test]
+    fn a_narrow_line_is_found_from_afar() {
+        let line = |hz: f64| -> Curves {
+            // As wide as a line at 140 Hz with a damping ratio of 0.02.
+            let y = |k: i32| 1.0 / (1.0 + ((f64::from(k) - hz) / 2.8).powi(2));
+            (100..180)
+                .map(|k| (k.to_string(), Point { y: y(k), u: 0.001, is_scaled: false, is_angle_deg: false }))
+                .collect()
+        };
+        let prior = Prior { value: 140.0, u: 28.0, range: [1.0, 1e3], is_fixed: false };
+        let own = Unknown { prior, step: 0.5, grid: 0.0, scan: &[-8.0, -6.0, -4.0, -2.0, 0.0, 2.0, 4.0] };
+        let found =
+            |own: Unknown| fit(&line(135.3), &[own], 1.0, &|values| Ok(line(values[0]))).expect("a fit");
+        let scanned = found(own);
+        assert!((scanned.values[0].value_si - 135.3).abs() < 0.05, "{scanned:?}");
+        let straight = found(Unknown { scan: &[], ..own });
+        assert!((straight.values[0].value_si - 135.3).abs() > 0.5, "{straight:?}");
+    }
+
+    #[test]
     fn curves_with_other_points_tell_nothing() {
         let measured = curves_of(&[0.62, 1.04], 0.0, 0.0);
         let found = fit(&measured, &unknowns(), 0.1, &|_| Ok(Curves::new()));
@@ -208,6 +269,7 @@ mod tests {
             prior: Prior { value: 1.5e-3, u: 0.5e-3, range: [0.0, 0.1], is_fixed: false },
             step: 250e-6,
             grid: 50e-6,
+            scan: &[],
         };
         let rounded = |values: &[f64]| Ok(phases((values[0] / 50e-6).round() * 50e-6));
         let found = fit(&phases(1.87e-3), &[delay], 1.0, &rounded).expect("a fit");

@@ -74,3 +74,18 @@ fn what_was_counted_is_taken_as_it_is() {
     let found = Posterior::new(&[prior(24.0, 2.0)], &[observation(26.0, 0.0, 0, &[0])], &|_, x| x[0]);
     assert!((found.parameters[0].value - 26.0).abs() < 1e-6, "{found:?}");
 }
+
+/// The components of a magnitude that is known to a part in a hundred lie in a narrow ring; the priors draw along it.
+#[test]
+fn a_ring_is_followed_to_the_place_that_the_priors_prefer() {
+    let observations = [observation(2.0, 0.002, 0, &[0, 1])];
+    let priors = [prior(0.3, 0.1), prior(-2.9, 0.3)];
+    let found = Posterior::new(&priors, &observations, &|_, x| x[0].hypot(x[1]));
+    let cost = |x: f64, y: f64| ((x - 0.3) / 0.1).powi(2) + ((y + 2.9) / 0.3).powi(2);
+    let [x, y] = [found.parameters[0].value, found.parameters[1].value];
+    assert!((x.hypot(y) - 2.0).abs() < 0.01, "{found:?}");
+    for turn in [-0.05_f64, 0.05] {
+        let (sin, cos) = turn.sin_cos();
+        assert!(cost(cos * x - sin * y, sin * x + cos * y) > cost(x, y), "{found:?}");
+    }
+}

@@ -24,9 +24,11 @@ pub(super) const BESIDE: &str = "beside";
 const CLEARANCE_RAD: f64 = 0.5 * DEG;
 /// Rate beyond the rig's own soft limits, and of the slow approaches to a fence.
 const SLOW_RAD_PER_S: f64 = DEG;
-/// The last stretch before an end of the travel, at a rate that every interlock takes for rest.
+/// The last stretch before an end of the travel, at a rate that every interlock takes for rest. They do so up to 1e-3 rad/s, and an
+/// encoder of 26 bits counts in steps of 94 urad/s within a millisecond: 7 or 8 of them are driven, 11 would trip, because a
+/// single tick above needs more room than is left.
 const CRAWL_RAD: f64 = 0.1 * DEG;
-const CRAWL_RAD_PER_S: f64 = 0.05 * DEG;
+const CRAWL_RAD_PER_S: f64 = 0.04 * DEG;
 /// The axis is sent to an end less this: what it overshoots by in the crawl, and the noise of its encoder, would trip the limit
 /// that stands at the end itself. A third of what MOT-RNG allows.
 const END_ROOM_RAD: f64 = 25e-6;
