@@ -1,8 +1,9 @@
 //! What an external velocity law costs: time for each tick of the loop, on the whole simulated director and for the two axis
-//! loops alone. Needs the command `cc`.
+//! loops alone, and how fast it answers from a process of its own where time is real. Needs the command `cc`.
 #![allow(clippy::print_stdout)]
 
 use std::sync::atomic::AtomicU16;
+use std::time::Duration;
 
 use bench::clock::{Clock, Stopwatch};
 use bench::cycle::axis_loop::AxisLoop;
@@ -13,7 +14,8 @@ use bench::cycle::run::{Conditions, run_point};
 use bench::files::parameters;
 use bench::files::rig::read_rig;
 use bench::files::shipped::{self, Folder};
-use bench::model::rig::Rig;
+use bench::model::rig::{LAW_DEADLINE_S, Rig};
+use bench::realtime::Rights;
 use bench::rig::OpenRig;
 use bench::rig::wires::Wires;
 use drivers::cia402::Actuals;
@@ -30,6 +32,10 @@ const ROUNDS: usize = 9;
 const SIMULATED_S: f64 = 10.0;
 /// Ticks of the axis loops alone.
 const TICKS: u32 = 200_000;
+/// Ticks in real time.
+const REAL_TICKS: u32 = 40_000;
+/// Deadline while answers are timed: late ones are to be counted, not to end the measurement.
+const PATIENCE: Duration = Duration::from_secs(10);
 
 /// Both axes by a law.
 fn laws(law: &Law) -> Laws {
@@ -113,6 +119,54 @@ fn alone_us(rig: &Rig, laws: &Laws) -> f64 {
     1e6 * watch.elapsed_s() / f64::from(TICKS)
 }
 
+/// Times for the answer of a law of azimuth in real time, sorted, µs, and the rights of the thread that asks.
+fn answers_us(rig: &Rig, laws: &Laws) -> (Vec<f64>, Rights) {
+    let gains = parameters::load(rig).expect("shipped parameters");
+    let mut loops = AxisLoop::of_rig_with(rig, &gains, laws).expect("sound laws");
+    // Afterwards, because the process of the law would be bound to the same processor otherwise.
+    let rights = Rights::ask();
+    let az = &mut loops[0];
+    az.enter(&Segment::hold("rate", Mode::Velocity, 1.0), 0.0);
+    let actuals = Actuals::default();
+    let period = Duration::from_secs_f64(1.0 / rig.loop_rate_hz);
+    let clock = Clock::real();
+    let mut times_us = Vec::new();
+    for tick in 1..=REAL_TICKS {
+        clock.wait_until(period * tick);
+        let watch = Stopwatch::start();
+        let torque_nm = az.torque(&actuals, 1e-3, None);
+        times_us.push(1e6 * watch.elapsed_s());
+        az.sent(torque_nm);
+    }
+    times_us.sort_by(f64::total_cmp);
+    (times_us, rights)
+}
+
+/// Prints how fast a law answers where time is real.
+fn print_answers(rig: &Rig, law: &Law) {
+    let mut laws = Laws::default();
+    laws.insert("az", law.clone());
+    // A thread of its own, whose rights end with it.
+    let (times_us, rights) = std::thread::scope(|scope| {
+        scope.spawn(|| answers_us(rig, &laws)).join().expect("no panic while answers are timed")
+    });
+    let at = |share: f64| times_us[((times_us.len() - 1) as f64 * share) as usize];
+    let limit_us = 1e6 * LAW_DEADLINE_S;
+    let late = times_us.iter().filter(|&&time_us| time_us > limit_us).count();
+    println!(
+        "answer in real time at {:.0} Hz: p50 {:.2} us, p99 {:.2} us, p99.9 {:.2} us, largest {:.1} us; {late} of {} above {limit_us:.0} us",
+        rig.loop_rate_hz,
+        at(0.5),
+        at(0.99),
+        at(0.999),
+        at(1.0),
+        times_us.len(),
+    );
+    for grant in &rights.grants {
+        println!("  {}: {}", grant.what, grant.found);
+    }
+}
+
 fn main() {
     let rig =
         read_rig(shipped::find(Folder::Rigs, "sim", None).expect("a shipped rig")).expect("a valid rig");
@@ -135,4 +189,5 @@ fn main() {
         let more = 100.0 * (whole_us / best[0][0] - 1.0);
         println!("{name:30} director {whole_us:8.3} us ({more:+6.2} %), axis loops alone {alone_us:8.3} us");
     }
+    print_answers(&rig, &compiled::hosted(&library, env!("CARGO_BIN_EXE_bench"), Some(PATIENCE)));
 }

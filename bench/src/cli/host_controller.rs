@@ -10,11 +10,12 @@ use external_law::shared::Mapping;
 use external_law::{Instance, Library};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::{Signal, set_parent_process_death_signal};
+use rustix::thread::sched_yield;
 
-use crate::clock;
+use crate::clock::{self, Stopwatch};
 use crate::cycle::laws::{READY, describe};
 use crate::exit;
-use crate::realtime::privileges;
+use crate::realtime::{keep_off_ticks, privileges};
 
 /// So often it looks whether the process that runs the axes still lives.
 const LOOKED_AT_EVERY: Duration = Duration::from_millis(500);
@@ -28,6 +29,9 @@ pub(super) struct Args {
     /// Say what the library says of itself, and step nothing
     #[arg(long)]
     describe: bool,
+    /// Never sleep, because the time for an answer is real and short
+    #[arg(long)]
+    real_time: bool,
 }
 
 pub(super) fn run(args: &Args) -> u8 {
@@ -36,6 +40,9 @@ pub(super) fn run(args: &Args) -> u8 {
     // A system that refuses leaves a law that ends when it next looks for its bench.
     let _ = set_parent_process_death_signal(Some(Signal::KILL));
     clock::give_way_a_little();
+    if args.real_time {
+        keep_off_ticks();
+    }
     if args.describe {
         let described = Library::load(&args.file, &args.sha256);
         let said = described.map_or_else(|why| why.to_string(), |library| describe(library.description()));
@@ -43,7 +50,7 @@ pub(super) fn run(args: &Args) -> u8 {
     }
     match make(&args.file, &args.sha256) {
         Ok((rows, law)) if say(READY) => {
-            serve(&rows, law);
+            serve(&rows, law, args.real_time);
             exit::PASS
         }
         Ok(_) => exit::BENCH,
@@ -68,17 +75,26 @@ fn make(file: &Path, sha256: &str) -> Result<(Mapping, Instance), String> {
     Ok((rows, law))
 }
 
-/// Steps the law once for each request, until nobody is there to ask.
-fn serve(rows: &Mapping, mut law: Instance) {
+/// Steps the law once for each request, until nobody is there to ask. Where time is real it never sleeps: the first request after
+/// a pause has the same deadline as all others, and waking up can take longer than that.
+fn serve(rows: &Mapping, mut law: Instance, is_real_time: bool) {
     let mut answered = 0;
+    let mut looked = Stopwatch::start();
     loop {
-        match rows.next(answered, LOOKED_AT_EVERY) {
-            Some((number, input)) => {
-                rows.reply(number, &law.step(&input));
-                answered = number;
+        if let Some((number, input)) = rows.request(answered) {
+            rows.reply(number, &law.step(&input));
+            answered = number;
+        } else if is_real_time {
+            // Laws of two axes may have to share a processor.
+            sched_yield();
+        } else {
+            rows.sleep_until_asked(answered, LOOKED_AT_EVERY);
+        }
+        if looked.elapsed_s() >= LOOKED_AT_EVERY.as_secs_f64() {
+            if is_alone() {
+                return;
             }
-            None if is_alone() => return,
-            None => {}
+            looked = Stopwatch::start();
         }
     }
 }

@@ -1,13 +1,14 @@
 //! Options for external velocity laws.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use controllers::parameter::AXIS_PARAMETERS;
 use external_law::Parameter;
 use procedures::diagnostic::nearest;
 
 use super::output;
-use crate::cycle::laws::{DEADLINE, Law, Laws};
+use crate::cycle::laws::{Law, Laws};
 use crate::exit;
 use crate::files::settings::quantity_kind;
 use crate::model::rig::{Rig, Tier};
@@ -80,7 +81,7 @@ impl LawArgs {
                 axes.join(", ")
             ));
         }
-        // The mechanism is tried in virtual time only: real axes wait until it has run over a wire to simulated ones.
+        // No computer has been shown yet that holds the deadline for as long as a run takes.
         if rig.tier == Tier::Hardware {
             return Err(format!(
                 "{file}: the axes of rig `{}` are real; external laws are not released for them yet: rehearse the rig with `--tier paced`, \
@@ -92,7 +93,9 @@ impl LawArgs {
         let law = match rig.tier {
             Tier::Virtual if !self.host_laws => Law::in_process(&asked.file, &asked.sha256),
             Tier::Virtual => hosted(None),
-            Tier::Paced | Tier::Wired | Tier::Hardware => hosted(Some(DEADLINE)),
+            Tier::Paced | Tier::Wired | Tier::Hardware => {
+                hosted(Some(Duration::from_secs_f64(rig.law_deadline_s)))
+            }
         }?;
         for parameter in &law.description.parameters {
             check(parameter).map_err(|why| format!("{file}: parameter `{}`: {why}", parameter.name))?;

@@ -19,9 +19,6 @@ mod child;
 
 pub(crate) use child::{READY, describe};
 
-/// Longest time for the answers of a law in another process in one tick, where time is real.
-pub const DEADLINE: Duration = Duration::from_micros(100);
-
 /// Where a law is stepped.
 #[derive(Clone, Debug)]
 pub enum Hosting {

@@ -4,6 +4,7 @@ use drivers::cia402::{DriveSettings, check_cycle};
 use procedures::axis::AxisLimits;
 use procedures::device::DeviceRole;
 use procedures::diagnostic::{Diagnostic, SourceFile};
+use procedures::quantity::QuantityKind as K;
 use procedures::table::{TableReader, read_file};
 
 use super::profile;
@@ -64,6 +65,7 @@ fn read(t: &mut TableReader<'_>, drives: &mut Drives) -> Option<Rig> {
     let tier = t.text("tier").map(|tier| read_tier(&tier));
     let loop_rate_hz = t.positive("loop-rate");
     let missed = t.integer("max-missed-periods", 1);
+    let law_deadline = t.positive("law-deadline");
     let parameters = t.text("parameters");
     let cycle_s = loop_rate_hz.map(|hz| 1.0 / hz);
     let bits = bits(t);
@@ -74,6 +76,7 @@ fn read(t: &mut TableReader<'_>, drives: &mut Drives) -> Option<Rig> {
         read_axis(t, name, cycle_s, whole, |t, safety| drives.read(t, name, tier, cycle_s, safety, station))
     });
     check_rate(t, loop_rate_hz, cycle_s);
+    check_law_deadline(t, law_deadline, whole.as_ref());
     let devices = device::read_all(t, &mut drives.mistakes);
     if let (Some(devices), Some(axes)) = (&devices, &mut axes) {
         attach_references(axes, devices);
@@ -98,6 +101,7 @@ fn read(t: &mut TableReader<'_>, drives: &mut Drives) -> Option<Rig> {
         can,
         loop_rate_hz: loop_rate_hz?,
         max_missed_periods: u32::try_from(missed?).ok()?,
+        law_deadline_s: law_deadline?,
         parameters: parameters?,
         axes: axes?,
         emergency_stop_bit: bits.0,
@@ -122,6 +126,21 @@ fn check_rate(t: &mut TableReader<'_>, loop_rate_hz: Option<f64>, cycle_s: Optio
         let help =
             "choose a rate whose period is such a number, as 4 kHz (25e-5 s), 2 kHz, 1 kHz, 500 Hz or 250 Hz";
         t.mistake("loop-rate", format!("no drive accepts this period: {error}"), Some(help.to_owned()));
+    }
+}
+
+/// While a law is waited for, no frame is sent.
+fn check_law_deadline(t: &mut TableReader<'_>, deadline_s: Option<f64>, whole: Option<&Loop>) {
+    let Some((deadline_s, whole)) = deadline_s.zip(whole) else { return };
+    let longest_s = whole.missed * whole.cycle_s;
+    // Periods of a rate in hertz are rounded.
+    if deadline_s > longest_s * (1.0 + 1e-12) {
+        let longest = K::Time.format(longest_s);
+        t.mistake(
+            "law-deadline",
+            format!("expected at most {longest}, the time of `max-missed-periods`: no frame is sent while a law is waited for"),
+            Some("shorten it, or allow more missed periods".to_owned()),
+        );
     }
 }
 

@@ -71,6 +71,9 @@ pub struct CanBus {
     pub bit_rate_hz: f64,
 }
 
+/// Time for the answers of an external law in one tick, unless the rig says otherwise, s.
+pub const LAW_DEADLINE_S: f64 = 100e-6;
+
 /// A rig.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rig {
@@ -90,6 +93,8 @@ pub struct Rig {
     pub loop_rate_hz: f64,
     /// Longest run of missed periods that is tolerated.
     pub max_missed_periods: u32,
+    /// Longest time for the answers of an external law in one tick, where time is real, s.
+    pub law_deadline_s: f64,
     /// Controller parameters, by shipped name or path.
     pub parameters: String,
     /// Axes, in the order of the rig file; 1 to [`procedures::axis::MAX_AXES`].

@@ -7,7 +7,7 @@ use std::num::NonZeroU64;
 use reports::record::Grant;
 use rustix::mm::{MlockAllFlags, mlockall, munlockall};
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
-use rustix::thread::{current_timer_slack, sched_setaffinity, set_current_timer_slack};
+use rustix::thread::{CpuSet, current_timer_slack, sched_setaffinity, set_current_timer_slack};
 
 use super::fifo;
 use super::processors::{allowed, choice, listed, only};
@@ -34,8 +34,7 @@ pub struct Rights {
 impl Rights {
     /// Asks for everything, for the calling thread. What is refused leaves things as they are.
     pub fn ask() -> Self {
-        let isolated = std::fs::read_to_string("/sys/devices/system/cpu/isolated").unwrap_or_default();
-        let isolated = listed(&isolated);
+        let isolated = isolated();
         let priority = priority();
         let processor = processor(&isolated, priority.granted);
         let memory = memory();
@@ -59,6 +58,23 @@ impl Drop for Rights {
             let _ = munlockall();
         }
     }
+}
+
+/// Keeps the calling thread off the processor that a ticking thread takes, where that leaves it another one. A thread of ordinary
+/// priority that shares it cannot run while the ticking thread waits for what it makes.
+pub(crate) fn keep_off_ticks() {
+    let allowed = allowed();
+    let Some(ticks) = choice(&isolated(), &allowed) else { return };
+    let mut others = CpuSet::new();
+    for processor in allowed.into_iter().filter(|&processor| processor != ticks) {
+        others.set(processor);
+    }
+    // An empty set is refused, and so is left as it was.
+    let _ = sched_setaffinity(None, &others);
+}
+
+fn isolated() -> Vec<usize> {
+    listed(&std::fs::read_to_string("/sys/devices/system/cpu/isolated").unwrap_or_default())
 }
 
 fn granted(what: &str, found: impl Into<String>) -> Grant {

@@ -151,14 +151,21 @@ impl Mapping {
         }
     }
 
-    /// Number and input of the newest request if it is not the one that was `answered` last. Sleeps for one, for so long
-    /// at the most.
-    pub fn next(&self, answered: u32, at_most: Duration) -> Option<(u32, LawInput)> {
+    /// Sleeps until there is another request than the one that was `answered` last, or for so long at the most.
+    pub fn sleep_until_asked(&self, answered: u32, at_most: Duration) {
         let rows = self.rows();
         if rows.request.load(Ordering::Acquire) == answered {
             sleep(&rows.request, answered, at_most);
         }
+    }
+
+    /// Number and input of the newest request if it is not the one that was `answered` last.
+    pub fn request(&self, answered: u32) -> Option<(u32, LawInput)> {
+        let rows = self.rows();
         let number = rows.request.load(Ordering::Acquire);
+        if number == answered {
+            return None;
+        }
         let [
             take_over,
             reference_rad_per_s,
@@ -175,7 +182,7 @@ impl Mapping {
             acceleration_rad_per_s2,
             sent_nm,
         };
-        (number != answered).then_some((number, input))
+        Some((number, input))
     }
 
     /// Answers the request of this number and wakes the bench.
@@ -227,15 +234,15 @@ mod tests {
         let (bench, memory) = Mapping::create(&setup, &[3.0, -4.5]).expect("memory");
         let law = Mapping::of(&memory).expect("the same memory");
         assert_eq!(law.setup(), (setup, vec![3.0, -4.5]));
-        assert_eq!(law.next(0, Duration::ZERO), None);
+        assert_eq!(law.request(0), None);
         let input = LawInput { rate_rad_per_s: 0.25, sent_nm: -7.0, ..LawInput::default() };
         bench.ask(&input);
         assert_eq!(bench.answer(), None, "nobody has answered yet");
-        assert_eq!(law.next(0, Duration::ZERO), Some((1, input)));
+        assert_eq!(law.request(0), Some((1, input)));
         let output = LawOutput { torque_nm: 12.5, saturated: 1.0, fault: 0.0 };
         law.reply(1, &output);
         assert_eq!(bench.answer(), Some(output));
-        assert_eq!(law.next(1, Duration::ZERO), None);
+        assert_eq!(law.request(1), None);
     }
 
     #[test]

@@ -115,7 +115,11 @@ impl Child {
         let (rows, memory) = Mapping::create(setup, values_si)
             .map_err(|error| format!("no memory to share with its process: {error}"))?;
         let file = Path::new(&law.file);
-        let process = spawned(program, &[file.as_os_str(), law.sha256.as_ref()], Stdio::from(memory), file)?;
+        let mut arguments = vec![file.as_os_str(), law.sha256.as_ref()];
+        if deadline.is_some() {
+            arguments.push("--real-time".as_ref());
+        }
+        let process = spawned(program, &arguments, Stdio::from(memory), file)?;
         let mut child = Self { process, rows, deadline, tick: Stopwatch::start() };
         match line(&mut child.process, file, "made")?.as_str() {
             READY => Ok(child),

@@ -31,6 +31,13 @@ pub const FIELDS: &[Field] = &[
     required("loop-rate", Shape::Quantity(K::Frequency), "Rate of the tick."),
     with_default("max-missed-periods", Shape::Integer, "20", "Longest run of missed periods before a trip."),
     with_default(
+        "law-deadline",
+        Shape::Quantity(K::Time),
+        "100 us",
+        "Longest time for the answers of an external velocity law in one tick, where time is real; at most the time of \
+         `max-missed-periods`.",
+    ),
+    with_default(
         super::can::BIT_RATE,
         Shape::Integer,
         "1000000",

@@ -1,5 +1,6 @@
 use super::*;
 use crate::files::shipped::{self, Folder};
+use crate::model::rig::LAW_DEADLINE_S;
 use crate::model::safety::SAFETY_PARAMETERS;
 use procedures::quantity::QuantityKind;
 
@@ -38,7 +39,8 @@ fn the_shipped_rig_is_accepted() {
 fn the_paced_rig_and_that_of_the_short_base_tick_are_the_shipped_one_but_for_tier_and_tick() {
     let read = |name: &str| {
         let text = shipped::find(Folder::Rigs, name, None).expect("a shipped rig").text;
-        let own = ["id", "title", "tier", "loop-rate", "max-missed-periods", "data-rate", "#"];
+        let own =
+            ["id", "title", "tier", "loop-rate", "max-missed-periods", "law-deadline", "data-rate", "#"];
         let rest = text.lines().filter(|line| !own.iter().any(|key| line.starts_with(key)));
         (
             rest.map(str::to_owned).collect::<Vec<_>>(),
@@ -151,6 +153,19 @@ fn a_watchdog_of_more_than_fifty_milliseconds() {
 #[test]
 fn more_missed_periods_than_the_watchdog_of_the_drive_bears() {
     insta::assert_snapshot!(said(&[("max-missed-periods = 20 ", "max-missed-periods = 100 ")]));
+}
+
+#[test]
+fn a_rig_that_says_nothing_else_waits_for_a_law_as_long_as_is_stated() {
+    let sim = shipped::find(Folder::Rigs, "sim", None).expect("a shipped rig");
+    let waits_s = read_rig(sim).expect("it parses").law_deadline_s;
+    assert!((waits_s - LAW_DEADLINE_S).abs() < 1e-15, "{waits_s}");
+}
+
+#[test]
+fn a_law_that_is_waited_for_longer_than_periods_may_be_missed() {
+    let edit = ("max-missed-periods = 20 ", "law-deadline = \"6 ms\"\nmax-missed-periods = 20 ");
+    insta::assert_snapshot!(said(&[edit]));
 }
 
 #[test]
