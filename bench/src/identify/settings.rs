@@ -108,9 +108,8 @@ impl<'a> Problem<'a> {
         let at_base: Vec<Option<f64>> = self.used.iter().map(|used| shown(used, self.base)).collect();
         let mut all: Vec<Vec<usize>> = self.used.iter().map(|used| used.sought.clone()).collect();
         for (k, prior) in priors.iter().enumerate() {
-            let step = PROBE * prior.u;
             let mut values = base.clone();
-            values[k] += if base[k] + step <= prior.range[1] { step } else { -step };
+            values[k] += prior.step_from(base[k], PROBE * prior.u);
             let unit = self.unit(&values);
             for ((used, at_base), own) in self.used.iter().zip(&at_base).zip(&mut all) {
                 if !own.contains(&k) && shown(used, &unit) != *at_base {

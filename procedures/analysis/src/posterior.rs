@@ -26,6 +26,13 @@ pub struct Prior {
     pub is_fixed: bool,
 }
 
+impl Prior {
+    /// A step of this size from a value: back where forward would leave the range.
+    pub fn step_from(&self, value: f64, size: f64) -> f64 {
+        if value + size <= self.range[1] { size } else { -size }
+    }
+}
+
 /// A measured value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observation {
@@ -139,8 +146,7 @@ impl Problem<'_> {
             let here = (self.predicted)(i, values);
             for &k in observation.parameters.iter().filter(|&&k| !self.priors[k].is_fixed) {
                 let prior = &self.priors[k];
-                let forward = values[k] + DIFFERENCE * prior.u <= prior.range[1];
-                let step = if forward { DIFFERENCE * prior.u } else { -DIFFERENCE * prior.u };
+                let step = prior.step_from(values[k], DIFFERENCE * prior.u);
                 moved[k] = values[k] + step;
                 let there = (self.predicted)(i, &moved);
                 sensitivity[(i, k)] = (there - here) / step * prior.u;

@@ -1,5 +1,6 @@
 //! Settings from curves: least squares over all points, with slopes from rehearsals.
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 
 use procedures::identification::{Estimated, Observation, Posterior, Prior};
@@ -61,6 +62,17 @@ pub(super) fn fit(
     shown: &dyn Fn(&[f64]) -> Result<Curves, String>,
 ) -> Result<Fit, String> {
     let priors: Vec<Prior> = unknowns.iter().map(|unknown| unknown.prior).collect();
+    // The scan and the steps come by the same values more than once, and a rehearsal takes seconds.
+    let rehearsed = RefCell::new(BTreeMap::<Vec<u64>, Curves>::new());
+    let shown = &|values: &[f64]| {
+        let key: Vec<u64> = values.iter().map(|value| value.to_bits()).collect();
+        if let Some(curves) = rehearsed.borrow().get(&key) {
+            return Ok(curves.clone());
+        }
+        let curves = shown(values)?;
+        rehearsed.borrow_mut().insert(key, curves.clone());
+        Ok(curves)
+    };
     let start = start(measured, unknowns, scale_u, shown)?;
     let at_start = shown(&start)?;
     let stepped = stepped(unknowns, &start, shown)?;
@@ -121,7 +133,7 @@ fn stepped(
     shown: &dyn Fn(&[f64]) -> Result<Curves, String>,
 ) -> Result<Vec<Moved>, String> {
     let moved = |(k, Unknown { prior, step, .. }): (usize, &Unknown)| {
-        let step = if from[k] + step <= prior.range[1] { *step } else { -step };
+        let step = prior.step_from(from[k], *step);
         let mut values = from.to_vec();
         values[k] += step;
         Ok(Moved { step, curves: shown(&values)? })
@@ -249,6 +261,20 @@ mod tests {
         assert!((scanned.values[0].value_si - 135.3).abs() < 0.05, "{scanned:?}");
         let straight = found(Unknown { scan: &[], ..own });
         assert!((straight.values[0].value_si - 135.3).abs() > 0.5, "{straight:?}");
+    }
+
+    #[test]
+    fn no_values_are_rehearsed_twice() {
+        let rehearsed = RefCell::new(Vec::new());
+        let scanned = unknowns().map(|own| Unknown { scan: &[-0.1, 0.0, 0.1], ..own });
+        let shown = |values: &[f64]| {
+            rehearsed.borrow_mut().push(values.to_vec());
+            Ok(curves_of(values, 0.0, 0.0))
+        };
+        fit(&curves_of(&[0.62, 1.04], 0.0005, 0.02), &scanned, 0.1, &shown).expect("a fit");
+        let all = rehearsed.into_inner();
+        let again = all.iter().enumerate().filter(|(k, values)| all[..*k].contains(values)).count();
+        assert_eq!(again, 0, "{all:?}");
     }
 
     #[test]
