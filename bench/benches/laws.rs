@@ -14,7 +14,7 @@ use bench::cycle::run::{Conditions, run_point};
 use bench::files::parameters;
 use bench::files::rig::read_rig;
 use bench::files::shipped::{self, Folder};
-use bench::model::rig::{LAW_DEADLINE_S, Rig};
+use bench::model::rig::Rig;
 use bench::realtime::Rights;
 use bench::rig::OpenRig;
 use bench::rig::wires::Wires;
@@ -151,7 +151,7 @@ fn print_answers(rig: &Rig, law: &Law) {
         scope.spawn(|| answers_us(rig, &laws)).join().expect("no panic while answers are timed")
     });
     let at = |share: f64| times_us[((times_us.len() - 1) as f64 * share) as usize];
-    let limit_us = 1e6 * LAW_DEADLINE_S;
+    let limit_us = 1e6 * rig.law_deadline_s;
     let late = times_us.iter().filter(|&&time_us| time_us > limit_us).count();
     println!(
         "answer in real time at {:.0} Hz: p50 {:.2} us, p99 {:.2} us, p99.9 {:.2} us, largest {:.1} us; {late} of {} above {limit_us:.0} us",

@@ -4,7 +4,6 @@ use std::path::Path;
 use std::time::Duration;
 
 use bench::cycle::laws::{Law, Laws};
-use bench::model::rig::LAW_DEADLINE_S;
 use procedures::case::{Case, Mode, Segment};
 use procedures::excitation::{Excitation, Injection, Signal};
 use procedures::log::{EndedBy, PointStatus, StopManner};
@@ -130,9 +129,8 @@ fn virtual_time_waits_for_a_slow_law() {
 #[test]
 fn a_law_that_answers_late_stops_the_axis() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let ran = moved(folder.path(), "usleep(50000);", |library| {
-        hosted(library, Some(Duration::from_secs_f64(LAW_DEADLINE_S)))
-    });
+    let ran =
+        moved(folder.path(), "usleep(50000);", |library| hosted(library, Some(Duration::from_micros(100))));
     let trip = ran.outcome.trip.expect("it tripped");
     assert_eq!((trip.interlock, trip.limit), ("answer of external law", 100.0));
     assert!(trip.seen > 100.0 && ran.outcome.safe.standstill, "{:?}", ran.outcome);

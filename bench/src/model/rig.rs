@@ -71,9 +71,6 @@ pub struct CanBus {
     pub bit_rate_hz: f64,
 }
 
-/// Time for the answers of an external law in one tick, unless the rig says otherwise, s.
-pub const LAW_DEADLINE_S: f64 = 100e-6;
-
 /// A rig.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rig {

@@ -1,6 +1,5 @@
 use super::*;
 use crate::files::shipped::{self, Folder};
-use crate::model::rig::LAW_DEADLINE_S;
 use crate::model::safety::SAFETY_PARAMETERS;
 use procedures::quantity::QuantityKind;
 
@@ -156,10 +155,10 @@ fn more_missed_periods_than_the_watchdog_of_the_drive_bears() {
 }
 
 #[test]
-fn a_rig_that_says_nothing_else_waits_for_a_law_as_long_as_is_stated() {
+fn a_rig_that_says_nothing_else_waits_a_hundred_microseconds_for_a_law() {
     let sim = shipped::find(Folder::Rigs, "sim", None).expect("a shipped rig");
     let waits_s = read_rig(sim).expect("it parses").law_deadline_s;
-    assert!((waits_s - LAW_DEADLINE_S).abs() < 1e-15, "{waits_s}");
+    assert!((waits_s - 100e-6).abs() < 1e-15, "{waits_s}");
 }
 
 #[test]
