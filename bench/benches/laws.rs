@@ -3,6 +3,7 @@
 #![allow(clippy::print_stdout)]
 
 use std::sync::atomic::AtomicU16;
+use std::sync::mpsc::channel;
 use std::time::Duration;
 
 use bench::clock::{Clock, Stopwatch};
@@ -85,7 +86,7 @@ fn whole_us(rig: &Rig, laws: &Laws) -> f64 {
     let mut armed = OpenRig::open(Wires::simulated(&simulated), rig, &gains, &Clock::Virtual)
         .and_then(|rig| rig.arm(&Clock::Virtual))
         .expect("a healthy rig");
-    let loops = AxisLoop::of_rig_with(rig, &gains, laws).expect("sound laws");
+    let loops = AxisLoop::of_rig_with(rig, &gains, laws, None).expect("sound laws");
     let stop = AtomicU16::new(0);
     let conditions = Conditions { loop_rate_hz: rig.loop_rate_hz, ..of_point(&case, &stop) };
     let dither = Dither::new(&plan, "1", 0.12);
@@ -99,7 +100,7 @@ fn whole_us(rig: &Rig, laws: &Laws) -> f64 {
 /// Time for each tick of the two axis loops alone, µs.
 fn alone_us(rig: &Rig, laws: &Laws) -> f64 {
     let gains = parameters::load(rig).expect("shipped parameters");
-    let mut loops = AxisLoop::of_rig_with(rig, &gains, laws).expect("sound laws");
+    let mut loops = AxisLoop::of_rig_with(rig, &gains, laws, None).expect("sound laws");
     let actuals = Actuals::default();
     for axis_loop in &mut loops {
         axis_loop.enter(&Segment::hold("rate", Mode::Velocity, 1.0), 0.0);
@@ -119,16 +120,31 @@ fn alone_us(rig: &Rig, laws: &Laws) -> f64 {
     1e6 * watch.elapsed_s() / f64::from(TICKS)
 }
 
-/// Times for the answer of a law of azimuth in real time, sorted, µs, and the rights of the thread that asks.
+/// Times for the answer of a law of azimuth in real time, sorted, µs, and the rights of the thread that asks. As in a session, the
+/// process of the law is started by another thread: it would be bound to the same processor otherwise.
 fn answers_us(rig: &Rig, laws: &Laws) -> (Vec<f64>, Rights) {
     let gains = parameters::load(rig).expect("shipped parameters");
-    let mut loops = AxisLoop::of_rig_with(rig, &gains, laws).expect("sound laws");
-    // Afterwards, because the process of the law would be bound to the same processor otherwise.
-    let rights = Rights::ask();
+    let (bound, ticks_on) = channel();
+    let (made, loops) = channel();
+    std::thread::scope(|scope| {
+        let asking = scope.spawn(move || {
+            let rights = Rights::ask();
+            bound.send(rights.processor).expect("the thread that starts the law waits for it");
+            let loops = loops.recv().expect("sound laws");
+            (timed_answers_us(rig.loop_rate_hz, loops), rights)
+        });
+        let ticks_on = ticks_on.recv().expect("asking panics nowhere");
+        let loops = AxisLoop::of_rig_with(rig, &gains, laws, ticks_on).expect("sound laws");
+        made.send(loops).expect("the thread that asks waits for them");
+        asking.join().expect("no panic while answers are timed")
+    })
+}
+
+fn timed_answers_us(loop_rate_hz: f64, mut loops: Vec<AxisLoop>) -> Vec<f64> {
     let az = &mut loops[0];
     az.enter(&Segment::hold("rate", Mode::Velocity, 1.0), 0.0);
     let actuals = Actuals::default();
-    let period = Duration::from_secs_f64(1.0 / rig.loop_rate_hz);
+    let period = Duration::from_secs_f64(1.0 / loop_rate_hz);
     let clock = Clock::real();
     let mut times_us = Vec::new();
     for tick in 1..=REAL_TICKS {
@@ -139,17 +155,14 @@ fn answers_us(rig: &Rig, laws: &Laws) -> (Vec<f64>, Rights) {
         az.sent(torque_nm);
     }
     times_us.sort_by(f64::total_cmp);
-    (times_us, rights)
+    times_us
 }
 
 /// Prints how fast a law answers where time is real.
 fn print_answers(rig: &Rig, law: &Law) {
     let mut laws = Laws::default();
     laws.insert("az", law.clone());
-    // A thread of its own, whose rights end with it.
-    let (times_us, rights) = std::thread::scope(|scope| {
-        scope.spawn(|| answers_us(rig, &laws)).join().expect("no panic while answers are timed")
-    });
+    let (times_us, rights) = answers_us(rig, &laws);
     let at = |share: f64| times_us[((times_us.len() - 1) as f64 * share) as usize];
     let limit_us = 1e6 * rig.law_deadline_s;
     let late = times_us.iter().filter(|&&time_us| time_us > limit_us).count();

@@ -14,5 +14,5 @@ pub mod privileges;
 
 pub use beat::{Woken, wake};
 pub use phase::PhaseLock;
-pub(crate) use rights::keep_off_ticks;
+pub(crate) use rights::keep_off;
 pub use rights::{Rights, lock_present_memory};

@@ -118,7 +118,7 @@ impl Bed {
         for (after, fault) in self.on_ethercat.into_iter().flatten() {
             schedule.borrow_mut().push((armed.ready() + after, fault));
         }
-        let loops = AxisLoop::of_rig_with(&self.rig, &gains, &self.laws).expect("sound laws");
+        let loops = AxisLoop::of_rig_with(&self.rig, &gains, &self.laws, None).expect("sound laws");
         let conditions = Conditions {
             point: 0,
             case: &self.case,

@@ -272,7 +272,8 @@ impl<'scope, 'env, 'a: 'scope> HeldSession<'scope, 'env, 'a> {
         let tasks =
             session.map_or_else(|| Ok(Tasks::default()), |s| s.preparer().ready(planned.case, &probed));
         let gains = self.setup.gains_of(index);
-        let loops = || AxisLoop::of_rig_with(rig, &gains, &self.setup.laws);
+        let processor = session.and_then(Session::processor);
+        let loops = || AxisLoop::of_rig_with(rig, &gains, &self.setup.laws, processor);
         let run = PointRun::new(planned.conditions(), loops()?, planned.dither.clone(), tasks);
         let way = &self.extras.transfers[index][point];
         if planned.case.open_loop {

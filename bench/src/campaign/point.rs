@@ -116,7 +116,7 @@ pub(super) fn one_point<'a>(
         clock,
         ..planned.conditions()
     };
-    let loops = AxisLoop::of_rig_with(rig_file, &gains, &setup.laws)?;
+    let loops = AxisLoop::of_rig_with(rig_file, &gains, &setup.laws, None)?;
     let outcome = run_point(&mut rig, loops, conditions, planned.dither, recorder);
     Ok(ended(rig_file, outcome, &opened.surroundings.contacts()))
 }

@@ -15,7 +15,7 @@ use rustix::thread::sched_yield;
 use crate::clock::{self, Stopwatch};
 use crate::cycle::laws::{READY, describe};
 use crate::exit;
-use crate::realtime::{keep_off_ticks, privileges};
+use crate::realtime::{keep_off, privileges};
 
 /// So often it looks whether the process that runs the axes still lives.
 const LOOKED_AT_EVERY: Duration = Duration::from_millis(500);
@@ -32,6 +32,9 @@ pub(super) struct Args {
     /// Never sleep, because the time for an answer is real and short
     #[arg(long)]
     real_time: bool,
+    /// Keep off this processor, which the thread that runs the axes has for itself
+    #[arg(long)]
+    keep_off: Option<usize>,
 }
 
 pub(super) fn run(args: &Args) -> u8 {
@@ -40,9 +43,7 @@ pub(super) fn run(args: &Args) -> u8 {
     // A system that refuses leaves a law that ends when it next looks for its bench.
     let _ = set_parent_process_death_signal(Some(Signal::KILL));
     clock::give_way_a_little();
-    if args.real_time {
-        keep_off_ticks();
-    }
+    args.keep_off.iter().copied().for_each(keep_off);
     if args.describe {
         let described = Library::load(&args.file, &args.sha256);
         let said = described.map_or_else(|why| why.to_string(), |library| describe(library.description()));
@@ -87,8 +88,8 @@ fn serve(rows: &Mapping, mut law: Instance, is_real_time: bool) {
         } else if is_real_time {
             // Laws of two axes may have to share a processor.
             sched_yield();
-        } else {
-            rows.sleep_until_asked(answered, LOOKED_AT_EVERY);
+        } else if rows.sleep_until_asked(answered, LOOKED_AT_EVERY) {
+            continue;
         }
         if looked.elapsed_s() >= LOOKED_AT_EVERY.as_secs_f64() {
             if is_alone() {

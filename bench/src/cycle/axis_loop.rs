@@ -80,15 +80,21 @@ impl AxisLoop {
         rig.axes.iter().zip(&gains.axes).map(|(axis, own)| Self::new(own, axis, cycle_s)).collect()
     }
 
-    /// The loops of a rig, with external laws where there are any.
+    /// The loops of a rig, with external laws where there are any. Processes of laws keep off the processor of the thread that
+    /// ticks, where it has one.
     ///
     /// # Errors
     /// When a law cannot be started.
-    pub fn of_rig_with(rig: &Rig, gains: &DirectorGains, laws: &Laws) -> Result<Vec<Self>, DeviceError> {
+    pub fn of_rig_with(
+        rig: &Rig,
+        gains: &DirectorGains,
+        laws: &Laws,
+        ticks_on: Option<usize>,
+    ) -> Result<Vec<Self>, DeviceError> {
         let mut loops = Self::of_rig(rig, gains);
         for ((axis, own), of_axis) in rig.axes.iter().zip(&gains.axes).zip(&mut loops) {
             if let Some(law) = laws.of(&axis.name) {
-                of_axis.velocity.step_by(law.start(axis, own, of_axis.cycle_s)?);
+                of_axis.velocity.step_by(law.start(axis, own, of_axis.cycle_s, ticks_on)?);
             }
         }
         Ok(loops)
@@ -403,10 +409,11 @@ impl AxisLoop {
         self.velocity.take_fault()
     }
 
-    /// Records the torque that really went out, N·m, for a bumpless change of mode.
+    /// Records the torque that really went out, N·m, for a bumpless change of mode: the last step of a tick.
     pub fn sent(&mut self, torque_nm: f64) {
         self.sent_nm = torque_nm;
         self.sent_added_nm = self.added[1];
+        self.velocity.end_tick();
     }
 
     /// Torque that went out last.

@@ -121,12 +121,13 @@ impl Law {
         })
     }
 
-    /// An instance for an axis with these gains.
+    /// An instance for an axis with these gains. A process of its own keeps off the processor `ticks_on`.
     pub(super) fn start(
         &self,
         axis: &RigAxis,
         gains: &AxisGains,
         period_s: f64,
+        ticks_on: Option<usize>,
     ) -> Result<External, DeviceError> {
         let limits = &axis.limits;
         let setup = LawSetup {
@@ -145,7 +146,7 @@ impl Law {
                 Stepped::InProcess(instance)
             }
             Hosting::Child { program, deadline } => {
-                let child = child::Child::start(program, self, &setup, &values, *deadline);
+                let child = child::Child::start(program, self, &setup, &values, *deadline, ticks_on);
                 Stepped::Child(child.map_err(failed)?)
             }
         };
@@ -172,11 +173,11 @@ pub(super) enum Stepped {
 }
 
 impl Stepped {
-    /// From here on counts the time for the answers of a tick.
-    pub(super) fn begin_tick(&mut self) {
+    /// The next answer belongs to another tick, which has its own time for answers.
+    pub(super) fn end_tick(&mut self) {
         match self {
             Self::InProcess(_) => {}
-            Self::Child(child) => child.begin_tick(),
+            Self::Child(child) => child.end_tick(),
         }
     }
 

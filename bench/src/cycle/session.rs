@@ -104,6 +104,8 @@ struct Opened {
     clock: Clock,
     /// What the thread asked of the operating system.
     grants: Vec<Grant>,
+    /// The processor that the thread is bound to.
+    processor: Option<usize>,
     locks_memory: bool,
 }
 
@@ -171,6 +173,11 @@ impl<'scope, 'a: 'scope> Session<'scope, 'a> {
     /// What its thread asked of the operating system; empty where time is virtual.
     pub(crate) fn grants(&self) -> &[Grant] {
         &self.opened.grants
+    }
+
+    /// The processor that its thread is bound to.
+    pub(crate) fn processor(&self) -> Option<usize> {
+        self.opened.processor
     }
 
     /// Readies tasks for its instruments.

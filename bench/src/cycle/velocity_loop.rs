@@ -86,9 +86,8 @@ pub(super) struct External {
 }
 
 impl External {
-    /// The steps of one tick, which have one deadline together; the torque of the last.
+    /// The steps of one tick; the torque of the last.
     fn steps(&mut self, input: &LawInput, steps: u32) -> Result<f64, LawFault> {
-        self.law.begin_tick();
         (0..steps).try_fold(0.0, |_, _| self.step(input))
     }
 
@@ -125,6 +124,13 @@ impl VelocityLoop {
         }
     }
 
+    /// All steps of a law from one call of this to the next have one deadline together.
+    pub(super) fn end_tick(&mut self) {
+        if let Some(external) = &mut self.external {
+            external.law.end_tick();
+        }
+    }
+
     /// What made the external law unusable, once.
     pub(super) fn take_fault(&mut self) -> Option<LawFault> {
         self.fault.take()
@@ -153,12 +159,11 @@ impl VelocityLoop {
             acceleration_rad_per_s2: 0.0,
             sent_nm: torque_nm,
         };
-        if let Some(external) = self.external.as_mut().filter(|external| external.in_use) {
-            external.law.begin_tick();
-            if let Err(fault) = external.step(&input) {
-                external.in_use = false;
-                self.fault = Some(fault);
-            }
+        if let Some(external) = self.external.as_mut().filter(|external| external.in_use)
+            && let Err(fault) = external.step(&input)
+        {
+            external.in_use = false;
+            self.fault = Some(fault);
         }
     }
 

@@ -3,14 +3,16 @@
 use std::fs::File;
 use std::io::Write;
 use std::num::NonZeroU64;
+use std::path::Path;
 
 use reports::record::Grant;
 use rustix::mm::{MlockAllFlags, mlockall, munlockall};
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use rustix::thread::{CpuSet, current_timer_slack, sched_setaffinity, set_current_timer_slack};
 
+use super::facts::Facts;
 use super::fifo;
-use super::processors::{allowed, choice, listed, only};
+use super::processors::{allowed, choice, only};
 
 /// Priority of a ticking thread: above the threads of interrupts (50), below those of the kernel itself (99).
 const PRIORITY: u8 = 80;
@@ -25,6 +27,8 @@ const SETCAP: &str = "sudo setcap cap_sys_nice,cap_ipc_lock,cap_sys_resource+ep 
 pub struct Rights {
     /// Everything that was asked for, in order of effect.
     pub grants: Vec<Grant>,
+    /// The processor that the thread is bound to.
+    pub processor: Option<usize>,
     /// Whether the memory of the process is locked.
     locks_memory: bool,
     /// While it is open, processors do not sleep so deep that waking takes long.
@@ -34,15 +38,15 @@ pub struct Rights {
 impl Rights {
     /// Asks for everything, for the calling thread. What is refused leaves things as they are.
     pub fn ask() -> Self {
-        let isolated = isolated();
         let priority = priority();
-        let processor = processor(&isolated, priority.granted);
+        let isolated = Facts::read(Path::new("/"), None).isolated;
+        let (bound, processor) = processor(&isolated, priority.granted);
         let memory = memory();
         let (awake, _awake) = awake();
         touch_stack();
         let locks_memory = memory.granted;
-        let grants = vec![priority, processor, awake, memory, timer_slack()];
-        Self { grants, locks_memory, _awake }
+        let grants = vec![priority, bound, awake, memory, timer_slack()];
+        Self { grants, processor, locks_memory, _awake }
     }
 
     /// Whether memory is locked, so that memory which is mapped later should be locked too.
@@ -60,21 +64,15 @@ impl Drop for Rights {
     }
 }
 
-/// Keeps the calling thread off the processor that a ticking thread takes, where that leaves it another one. A thread of ordinary
-/// priority that shares it cannot run while the ticking thread waits for what it makes.
-pub(crate) fn keep_off_ticks() {
-    let allowed = allowed();
-    let Some(ticks) = choice(&isolated(), &allowed) else { return };
+/// Keeps the calling thread off the processor of a ticking thread, where that leaves it another one. A thread of ordinary priority
+/// that shares it cannot run while the ticking thread waits for what it makes.
+pub(crate) fn keep_off(ticks: usize) {
     let mut others = CpuSet::new();
-    for processor in allowed.into_iter().filter(|&processor| processor != ticks) {
+    for processor in allowed().into_iter().filter(|&processor| processor != ticks) {
         others.set(processor);
     }
     // An empty set is refused, and so is left as it was.
     let _ = sched_setaffinity(None, &others);
-}
-
-fn isolated() -> Vec<usize> {
-    listed(&std::fs::read_to_string("/sys/devices/system/cpu/isolated").unwrap_or_default())
 }
 
 fn granted(what: &str, found: impl Into<String>) -> Grant {
@@ -110,25 +108,19 @@ fn priority() -> Grant {
 
 /// Only a thread that nothing but the kernel can displace is bound to one processor: another one would wait there for its turn
 /// while a second processor is idle.
-fn processor(isolated: &[usize], is_prior: bool) -> Grant {
+fn processor(isolated: &[usize], is_prior: bool) -> (Grant, Option<usize>) {
     const WHAT: &str = "processor of its own";
     let isolate = "boot with isolcpus=managed_irq,domain,N for a processor N (docs/realtime.md)";
     let allowed = allowed();
     let chosen = choice(isolated, &allowed);
     let Some(processor) = chosen else {
-        return refused(
-            WHAT,
-            "there is only one, and everything else needs it",
-            "use two processors or more",
-        );
+        let found = "there is only one, and everything else needs it";
+        return (refused(WHAT, found, "use two processors or more"), None);
     };
     let is_isolated = isolated.contains(&processor);
     if !is_isolated && !is_prior {
-        return refused(
-            WHAT,
-            "not bound to one: without real-time priority it would have to wait there",
-            isolate,
-        );
+        let found = "not bound to one: without real-time priority it would have to wait there";
+        return (refused(WHAT, found, isolate), None);
     }
     let bound = sched_setaffinity(None, &only(processor)).map(|()| processor);
     // A control group may keep the process away from an isolated one.
@@ -139,13 +131,14 @@ fn processor(isolated: &[usize], is_prior: bool) -> Grant {
         }
         _ => Err(error),
     });
-    match bound {
-        Ok(processor) if isolated.contains(&processor) => {
+    let grant = match &bound {
+        Ok(processor) if isolated.contains(processor) => {
             granted(WHAT, format!("processor {processor}, isolated"))
         }
         Ok(processor) => granted(WHAT, format!("processor {processor}, shared: no processor is isolated")),
         Err(error) => refused(WHAT, format!("processor {processor}: {error}"), isolate),
-    }
+    };
+    (grant, bound.ok())
 }
 
 /// Locks the memory of the process that is there now, so that none of it is swapped out. Memory that is mapped later, such as that

@@ -151,12 +151,14 @@ impl Mapping {
         }
     }
 
-    /// Sleeps until there is another request than the one that was `answered` last, or for so long at the most.
-    pub fn sleep_until_asked(&self, answered: u32, at_most: Duration) {
-        let rows = self.rows();
-        if rows.request.load(Ordering::Acquire) == answered {
-            sleep(&rows.request, answered, at_most);
+    /// Sleeps until there is another request than the one that was `answered` last, or for so long at the most; whether there is
+    /// one.
+    pub fn sleep_until_asked(&self, answered: u32, at_most: Duration) -> bool {
+        let request = &self.rows().request;
+        if request.load(Ordering::Acquire) == answered {
+            sleep(request, answered, at_most);
         }
+        request.load(Ordering::Acquire) != answered
     }
 
     /// Number and input of the newest request if it is not the one that was `answered` last.

@@ -99,8 +99,8 @@ pub(in crate::cycle) struct Child {
     process: Process,
     rows: Mapping,
     deadline: Option<Duration>,
-    /// Since when the answers of this tick are waited for.
-    tick: Stopwatch,
+    /// How long the answers of this tick were waited for so far, s.
+    waited_s: f64,
 }
 
 impl Child {
@@ -111,25 +111,26 @@ impl Child {
         setup: &LawSetup,
         values_si: &[f64],
         deadline: Option<Duration>,
+        ticks_on: Option<usize>,
     ) -> Result<Self, String> {
         let (rows, memory) = Mapping::create(setup, values_si)
             .map_err(|error| format!("no memory to share with its process: {error}"))?;
         let file = Path::new(&law.file);
         let mut arguments = vec![file.as_os_str(), law.sha256.as_ref()];
-        if deadline.is_some() {
-            arguments.push("--real-time".as_ref());
-        }
+        let ticks_on = ticks_on.map(|processor| format!("--keep-off={processor}"));
+        arguments.extend(deadline.map(|_| OsStr::new("--real-time")));
+        arguments.extend(ticks_on.as_ref().map(OsStr::new));
         let process = spawned(program, &arguments, Stdio::from(memory), file)?;
-        let mut child = Self { process, rows, deadline, tick: Stopwatch::start() };
+        let mut child = Self { process, rows, deadline, waited_s: 0.0 };
         match line(&mut child.process, file, "made")?.as_str() {
             READY => Ok(child),
             why => Err(why.to_owned()),
         }
     }
 
-    /// From here on counts the deadline.
-    pub(super) fn begin_tick(&mut self) {
-        self.tick = Stopwatch::start();
+    /// The next answer has the whole deadline again.
+    pub(super) fn end_tick(&mut self) {
+        self.waited_s = 0.0;
     }
 
     pub(super) fn step(&mut self, input: &LawInput) -> Result<LawOutput, LawFault> {
@@ -143,14 +144,16 @@ impl Child {
     /// Real time: looks again and again, so that no answer in time is seen too late. It gives way where both processes must
     /// share a processor; a thread with a real-time priority keeps its own.
     fn wait_for(&mut self, deadline: Duration) -> Result<LawOutput, LawFault> {
+        let watch = Stopwatch::start();
         loop {
             // First of all: an answer that lies there after a pause of this thread is too late as well.
-            let after_s = self.tick.elapsed_s();
+            let after_s = self.waited_s + watch.elapsed_s();
             if after_s > deadline.as_secs_f64() {
                 let limit_us = 1e6 * deadline.as_secs_f64();
                 return Err(self.fault().unwrap_or(LawFault::Late { after_us: 1e6 * after_s, limit_us }));
             }
             if let Some(output) = self.rows.answer() {
+                self.waited_s = after_s;
                 return Ok(output);
             }
             sched_yield();

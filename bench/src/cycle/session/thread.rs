@@ -35,12 +35,11 @@ pub(super) fn serve<'a>(
     let given_up = privileges::give_up();
     let grants =
         rights.iter().flat_map(|rights| rights.grants.iter().cloned().chain([given_up.clone()])).collect();
+    let processor = rights.as_ref().and_then(|rights| rights.processor);
     let locks_memory = rights.as_ref().is_some_and(Rights::locks_memory);
     let clock = opened.clock.clone();
-    report(
-        reports,
-        Report::Opened(Box::new(Opened { bus: opened.bus, devices, preparer, clock, grants, locks_memory })),
-    );
+    let opened_by = Opened { bus: opened.bus, devices, preparer, clock, grants, processor, locks_memory };
+    report(reports, Report::Opened(Box::new(opened_by)));
     let Some(arming) = armed_by(&mut orders) else { return };
     let rig = match opened.rig.arm(&opened.clock) {
         Ok(rig) => rig,

@@ -84,6 +84,12 @@ impl Axis {
         COVERAGE * scale.u.hypot(self.constant_u_ratio * scale.value)
     }
 
+    /// The torque scale, if its sign is beyond doubt. Under a load a contact creeps, which can hide what the pulses do, but nothing
+    /// creeps as fast as the periodic torque.
+    fn proven_scale(&self) -> Option<Estimate> {
+        self.scale.filter(|scale| scale.value.abs() > SIGNIFICANT * scale.u)
+    }
+
     /// Whether a torque scale is beyond what is allowed.
     fn is_off(&self, scale: Estimate) -> bool {
         (scale.value.abs() - 1.0).abs() > TORQUE_RATIO + self.scale_expanded_u(scale)
@@ -281,16 +287,18 @@ pub(super) fn faults(axis: &Axis) -> Vec<String> {
         ));
         return all;
     }
+    let by_torque = axis.proven_scale().map_or(moved.0, |scale| scale.value);
     match &pulses.gyro {
         Some(gyro) => {
             if !motion(axis, gyro, &mut all) {
                 return all;
             }
             if gyro.own.abs() >= SAME {
-                all.extend(sign(name, moved.0, gyro.own));
+                let was_cut_short = axis.unfinished.is_some() && axis.proven_scale().is_none();
+                all.extend(sign(name, by_torque, gyro.own, was_cut_short));
             }
         }
-        None => all.extend(sign_by_encoder(name, moved.0)),
+        None => all.extend(sign_by_encoder(name, by_torque)),
     }
     match small_motions(axis) {
         Some(fault) => all.push(fault),
@@ -382,11 +390,16 @@ fn pose(axis: &Axis) -> Option<String> {
     ))
 }
 
-/// Which of the three is the odd one out.
-fn sign(name: &str, by_torque: f64, by_gyro: f64) -> Option<String> {
+/// Which of the three is the odd one out. Pulses that were cut short cannot tell a torque of the wrong sign from a load.
+fn sign(name: &str, by_torque: f64, by_gyro: f64, was_cut_short: bool) -> Option<String> {
     let [torque_encoder, encoder_gyro] = [by_torque, by_gyro].map(|v| if v > 0.0 { "+" } else { "-" });
     let (what, why) = match (torque_encoder, encoder_gyro) {
         ("+", "+") => return None,
+        ("-", "+") if was_cut_short => (
+            "torque sign or load",
+            "it moved against the torque until the check was cut short: motor phases exchanged, or a load that friction hardly \
+             holds at this pose (look for the load, or choose a pose where it is less)",
+        ),
         ("-", "+") => ("torque sign", "encoder and gyro agree but oppose the torque: motor phases exchanged"),
         ("-", _) => (
             "encoder sign",
@@ -417,11 +430,11 @@ fn turns(axis: &Axis, all: &mut Vec<String>) -> bool {
     wrong
 }
 
-/// Torque scale by presliding and by inertia; `turned` makes true angles of encoder angles.
+/// Torque scale by inertia, or by presliding where nothing is known of that; `turned` makes true angles of encoder angles.
 fn scale(axis: &Axis, moved: (f64, f64), turned: f64, all: &mut Vec<String>) {
     let name = &axis.name;
     let ratio = moved.0.abs() * turned;
-    if !(PRESLIDING[0]..=PRESLIDING[1]).contains(&ratio) {
+    if axis.proven_scale().is_none() && !(PRESLIDING[0]..=PRESLIDING[1]).contains(&ratio) {
         all.push(format!(
             "torque scale of {name}: a small torque moves the axis {ratio:.2} times as far as its \
              presliding stiffness allows (expected {} to {}); wrong torque constant or scaling of the \
