@@ -1,8 +1,10 @@
 //! What an encoder loses of the turns of its axis, by gyros that turn with the axis: play at reversals, and slip.
 //!
-//! Between samples the encoder shows `ΔE = (1 + s)·ΔG + τ·Δω + c·Δα − b·Δd/2 − r·ΔF` of the angle G by the gyros: their
-//! scale, their delay, what the structure bends, the play b at reversals (d = ±1 is the direction) and the share r of the
-//! travel F towards larger angles that slips away. Increments, not angles: the noise of gyros adds up along the angle and is
+//! Between samples the encoder shows `ΔE = (1 + s)·ΔG + τ·Δω + c·Δα + e·Δ(α·θ) − b·Δd/2 − r·ΔF` of the angle G by the gyros:
+//! their scale, their delay, what the structure bends (by more at one end of the travel), the play b at reversals (d = ±1 is the
+//! direction) and the share r of the travel F towards larger angles that slips away. Rate ω and acceleration α are the encoder's, which
+//! has less noise: over so few steps that of gyros would make the delay too small, and over more steps the acceleration at a reversal,
+//! which friction changes within 50 ms, would be another one. Increments, not angles: the noise of gyros adds up along the angle and is
 //! white in its increments. Travel F grows at a constant speed as time does, so that a bias of the gyros reads as slip:
 //! it is taken from a rest before.
 
@@ -17,11 +19,11 @@ const LEAST_STROKE_RAD: f64 = 0.05;
 /// Stretches into which a rest is cut.
 const BLOCKS: usize = 20;
 /// Half of the steps over which rate and acceleration are differences.
-const HALF_WINDOW: usize = 10;
-/// Columns: scale, delay, bending, play, slip.
-const COLUMNS: usize = 5;
-const PLAY: usize = 3;
-const SLIP: usize = 4;
+const HALF_WINDOW: usize = 3;
+/// Columns: scale, delay, bending, its change along the travel, play, slip.
+const COLUMNS: usize = 6;
+const PLAY: usize = 4;
+const SLIP: usize = 5;
 
 /// An axis by its encoder and by gyros, at equal steps of time.
 #[derive(Clone, Copy, Debug)]
@@ -108,6 +110,8 @@ struct Course {
     gyro_rad: Vec<f64>,
     rate_rad_per_s: Vec<f64>,
     acceleration_rad_per_s2: Vec<f64>,
+    /// Acceleration times angle from the middle of the travel: what bends changes with elevation.
+    acceleration_along: Vec<f64>,
     /// Travel towards larger angles.
     forward_rad: Vec<f64>,
 }
@@ -124,7 +128,7 @@ impl Course {
             });
             [0.0].into_iter().chain(sums.collect::<Vec<_>>()).collect()
         };
-        // Over many steps: the noise of single ones would make the delay too small.
+        // Over a few steps: the noise of single ones would make delay and bending too small.
         let slope = |course: &[f64]| -> Vec<f64> {
             let slope = |k: usize| {
                 let from = k.saturating_sub(HALF_WINDOW);
@@ -133,11 +137,17 @@ impl Course {
             };
             (0..course.len()).map(slope).collect()
         };
+        let encoder_rad = summed(&mut motion.encoder_rad_per_s.iter().map(|rate| rate * period_s));
         let gyro_rad = summed(&mut gyro.iter().map(|rate| rate * period_s));
-        let rate_rad_per_s = slope(&gyro_rad);
+        let rate_rad_per_s = slope(&encoder_rad);
+        let acceleration_rad_per_s2 = slope(&rate_rad_per_s);
+        let ends_rad = encoder_rad.iter().fold([0.0_f64; 2], |[low, high], at| [low.min(*at), high.max(*at)]);
+        let middle_rad = 0.5 * (ends_rad[0] + ends_rad[1]);
+        let along = acceleration_rad_per_s2.iter().zip(&encoder_rad);
         Self {
-            encoder_rad: summed(&mut motion.encoder_rad_per_s.iter().map(|rate| rate * period_s)),
-            acceleration_rad_per_s2: slope(&rate_rad_per_s),
+            acceleration_along: along.map(|(acceleration, at)| acceleration * (at - middle_rad)).collect(),
+            encoder_rad,
+            acceleration_rad_per_s2,
             gyro_rad,
             rate_rad_per_s,
             forward_rad: summed(&mut gyro.iter().map(|rate| (rate * period_s).max(0.0))),
@@ -210,6 +220,7 @@ fn fitted(motion: Motion<'_>, bias_rad_per_s: f64) -> Result<LinearFit, NoLostMo
             change(&course.gyro_rad),
             change(&course.rate_rad_per_s),
             change(&course.acceleration_rad_per_s2),
+            change(&course.acceleration_along),
             0.5 * (before - after),
             -change(&course.forward_rad),
         ];

@@ -97,3 +97,38 @@ fn one_way_says_nothing() {
     let short = Motion { encoder_rad_per_s: &rates[..50], gyro_rad_per_s: &rates[..50], ..motion };
     assert!(matches!(LostMotion::new(short, &bias), Err(NoLostMotion::TooFew { found: 50, .. })));
 }
+
+/// Accelerations of a stroke there and back: 0.17 rad/s, and a turn at which friction first helps to stop and then holds back.
+/// Means of 30 ms, as a structure follows.
+fn turning_rad_per_s2() -> Vec<f64> {
+    let at = |t_s: f64| match t_s {
+        t if !(1.0..10.0).contains(&t) => 0.0,
+        t if t < 1.5 => 0.34,
+        t if !(5.0..6.0).contains(&t) => 0.0,
+        t if (5.5..5.56).contains(&t) => -0.05,
+        t if (5.56..5.62).contains(&t) => -0.63,
+        _ => -0.34,
+    };
+    let sharp: Vec<f64> = (0..5500_u32).map(|k| at(f64::from(k) * PERIOD_S)).collect();
+    sharp.windows(15).map(|window| window.iter().sum::<f64>() / 15.0).collect()
+}
+
+/// Between encoder and gyros 20 µrad for each rad/s², half as much again at either end of the travel.
+#[test]
+fn a_structure_that_bends_at_a_turn_is_no_play() {
+    let (mut rate, mut angle_rad, mut before_rad) = (0.0, 0.0, 0.0);
+    let mut rates = [Vec::new(), Vec::new()];
+    for acceleration in turning_rad_per_s2() {
+        let turned_rad = (rate + 0.5 * acceleration * PERIOD_S) * PERIOD_S;
+        rate += acceleration * PERIOD_S;
+        angle_rad += turned_rad;
+        let bent_rad = 20e-6 * (1.0 + 1.5 * (angle_rad - 0.35)) * acceleration;
+        rates[0].push(turned_rad / PERIOD_S);
+        rates[1].push((turned_rad + bent_rad - before_rad) / PERIOD_S);
+        before_rad = bent_rad;
+    }
+    let motion = Motion { encoder_rad_per_s: &rates[0], gyro_rad_per_s: &rates[1], period_s: PERIOD_S };
+    let still = Estimate { value: 0.0, u: 1e-9, dof: 20.0, n: 500 };
+    let play_rad = LostMotion::new(motion, &still).expect("two strokes").play_rad.value;
+    assert!(play_rad.abs() < 1.2e-6, "{play_rad}");
+}

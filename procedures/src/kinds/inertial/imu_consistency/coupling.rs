@@ -15,7 +15,7 @@ use crate::measurement::{Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 use crate::reason::{InertialReason, Reason};
 
-const ESTIMATOR: &str = "lost-motion/2";
+const ESTIMATOR: &str = "lost-motion/3";
 const KINDS: [(&str, Q); 2] = [(PLAY, Q::Angle), (SLIP, Q::Ratio)];
 
 /// Both without a value, and why.
@@ -58,9 +58,9 @@ fn found(case: &Case, window: &Window, axes: &Axes, spin: &Spin) -> Result<LostM
     Ok(LostMotion { play_rad: with_structure(found.play_rad), ..found })
 }
 
-/// What the structure adds between encoder and gyros at a reversal, not modelled (ours, half-width): elevations of drawn units without
-/// play read up to 3.5 µrad.
-const STRUCTURE_RAD: f64 = 4e-6;
+/// What the structure adds between encoder and gyros at a reversal, not modelled (ours, half-width): its bending lags behind the
+/// acceleration. Elevations of drawn units without play or noise of the gyros read up to 1.6 µrad.
+const STRUCTURE_RAD: f64 = 2e-6;
 
 fn with_structure(play_rad: Estimate) -> Estimate {
     let own = Component { u: play_rad.u, dof: play_rad.dof };
