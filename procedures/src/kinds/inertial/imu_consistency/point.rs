@@ -26,7 +26,7 @@ pub(super) struct Spin {
     pub(super) samples: Samples,
     /// Rate of the axis by the encoder, mean over each sample but the first.
     pub(super) rate_rad_per_s: Vec<f64>,
-    /// Rates left, up and ahead of the line of sight over the same time.
+    /// Rates left, up and ahead of the line of sight over the same time, without what the other axis moves.
     pub(super) along: [Vec<f64>; 3],
     pub(super) found: Turning,
     pub(super) expected: [f64; 3],
@@ -83,9 +83,11 @@ fn spin(case: &Case, window: &Window, axes: &Axes) -> Result<Spin, Reason> {
     let is_inner = axes.gimbal_index(&case.axis) == Some(1);
     let angle = usize::from(is_inner);
     let [az, el] = samples.axis_rates();
-    let rate_rad_per_s = if is_inner { el } else { az };
     let middle: Vec<f64> = samples.angle_rad[angle].windows(2).map(|a| 0.5 * (a[0] + a[1])).collect();
-    let along = along(&samples);
+    let mut along = along(&samples);
+    let other = if is_inner { &az } else { &el };
+    take_off(&mut along, other, is_inner, &samples.elevation_rad());
+    let rate_rad_per_s = if is_inner { el } else { az };
     let found = Turning::new([&along[0], &along[1], &along[2]], &rate_rad_per_s, &middle, samples.period_s)?;
     let elevation = samples.elevation_rad();
     let elevation_rad = elevation.iter().sum::<f64>() / elevation.len() as f64;
@@ -103,6 +105,26 @@ pub(super) fn along(samples: &Samples) -> [Vec<f64>; 3] {
         x[1..].iter().zip(&y[1..]).map(|(x, y)| FRAC_1_SQRT_2 * (x + sign * y)).collect()
     };
     [mixed(-1.0), mixed(1.0), z[1..].to_vec()]
+}
+
+/// Takes the motion of the axis that only holds off the rates of the gyros. Its velocity loop is closed on these gyros: if their
+/// mapping is off, it moves at each turn of the other axis by some of what they show, and hides it.
+fn take_off(
+    along_rad_per_s: &mut [Vec<f64>; 3],
+    other_rad_per_s: &[f64],
+    is_outer: bool,
+    elevation_rad: &[f64],
+) {
+    let [left, up, ahead] = along_rad_per_s;
+    for (k, (rate_rad_per_s, elevation_rad)) in other_rad_per_s.iter().zip(elevation_rad).enumerate() {
+        if is_outer {
+            up[k] -= rate_rad_per_s * elevation_rad.cos();
+            ahead[k] -= rate_rad_per_s * elevation_rad.sin();
+        } else {
+            // A positive rate about `left` turns the line of sight down.
+            left[k] += rate_rad_per_s;
+        }
+    }
 }
 
 fn flags(name: &str, value: f64, spin: &Spin) -> Vec<String> {

@@ -15,10 +15,11 @@ const COUNT_RAD: f64 = std::f64::consts::TAU / (1 << 26) as f64;
 const REST_S: f64 = 1.0;
 
 /// A rest and a spin of an axis at an elevation; `turned` makes of true body rates what the gyros say, `coupled` of the true
-/// angles of azimuth what its encoder does.
+/// angles of azimuth what its encoder does. The other axis follows by `follows` times the angle.
 fn window_of(
     axis: &str,
     elevation: f64,
+    follows: f64,
     turned: fn([f64; 3]) -> [f64; 3],
     coupled: fn(&[f64]) -> Vec<f64>,
 ) -> Window {
@@ -29,7 +30,10 @@ fn window_of(
         0.3 * (1.0 - (1.3 * t).cos()) + 0.06 * (1.0 - (3.1 * t).cos())
     };
     let time: Vec<f64> = (0..n).map(|k| k as f64 * PERIOD_S).collect();
-    let angles = |t: f64| if axis == "az" { [swing(t), elevation] } else { [0.1, elevation + swing(t)] };
+    let angles = |t: f64| match axis {
+        "az" => [swing(t), elevation + follows * swing(t)],
+        _ => [0.1 + follows * swing(t), elevation + swing(t)],
+    };
     let mut rates: [Vec<f64>; 3] = Default::default();
     for &t in &time {
         let mean = |k: usize| (angles(t - DELAY_S)[k] - angles(t - DELAY_S - PERIOD_S)[k]) / PERIOD_S;
@@ -56,7 +60,7 @@ fn window_of(
 }
 
 fn window(axis: &str, elevation: f64, turned: fn([f64; 3]) -> [f64; 3]) -> Window {
-    window_of(axis, elevation, turned, <[f64]>::to_vec)
+    window_of(axis, elevation, 0.0, turned, <[f64]>::to_vec)
 }
 
 fn keys() -> Keys {
@@ -103,6 +107,19 @@ fn a_sound_unit_agrees_at_every_elevation_and_in_both_axes() {
 }
 
 #[test]
+fn what_the_other_axis_moves_is_no_error_of_the_mapping() {
+    let axes = crate::kinds::inertial::allan::tests::axes();
+    let cases = keys().plan("az", &axes).expect("the axes allow it");
+    for (index, elevation) in [(1, 0.7), (2, 0.65)] {
+        let case = &cases[index];
+        let window = window_of(&case.axis, elevation, 3e-4, |rates| rates, <[f64]>::to_vec);
+        let found = point::analyse(case, &window, &axes);
+        assert!(value(&found, MAPPING) < 2e-5, "{index}: {}", value(&found, MAPPING));
+        assert!(value(&found, SCALE).abs() < 5e-6, "{index}: {}", value(&found, SCALE));
+    }
+}
+
+#[test]
 fn a_scale_error_of_all_gyros_is_the_scale_error_of_the_rate() {
     let result = analysed(1, |rates| rates.map(|r| 1.0002 * r));
     assert!((value(&result, SCALE) - 2e-4).abs() < 5e-6);
@@ -125,7 +142,7 @@ fn play_and_slip_of_a_coupling_are_found_and_a_rigid_one_has_none() {
     }
     let axes = crate::kinds::inertial::allan::tests::axes();
     let cases = keys().plan("az", &axes).expect("the axes allow it");
-    let found = point::analyse(&cases[1], &window_of("az", 0.7, |rates| rates, loose), &axes);
+    let found = point::analyse(&cases[1], &window_of("az", 0.7, 0.0, |rates| rates, loose), &axes);
     assert!((value(&found, PLAY) - 100e-6).abs() < 3e-6, "{:?}", of(&found, PLAY));
     assert!((value(&found, SLIP) - 1e-3).abs() < 1e-5, "{:?}", of(&found, SLIP));
     for index in 0..3 {
