@@ -166,6 +166,10 @@ pub enum ResponseReason {
     NoElevation,
     #[error("mode {mode} not visible: none found near {} whose residue exceeds 4 u", place(.range_hz))]
     NotVisible { mode: usize, range_hz: [f64; 2] },
+    #[error(
+        "the mode at {found_hz:.2} Hz may be mode {mode} or mode {other}: only one of the two is visible"
+    )]
+    OneOfTwo { found_hz: f64, mode: usize, other: usize },
 }
 
 fn listed(excluded: &[Exclusion]) -> String {

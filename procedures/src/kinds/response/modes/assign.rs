@@ -80,6 +80,13 @@ impl Expected {
         }
     }
 
+    /// Whether a mode that was taken for `other` could as well be this one: both lie on curves within 35 % of it. Bands tell modes apart.
+    pub(super) fn could_be(&self, other: &Self, frequency_hz: f64, elevation_rad: f64) -> bool {
+        let [expected_hz, _] = self.range_hz(elevation_rad);
+        let is_near = (frequency_hz / expected_hz).ln().abs() < ANOTHER;
+        self.curve().is_some() && other.curve().is_some() && self.gyro_only == other.gyro_only && is_near
+    }
+
     /// Lowest and highest frequency that are expected at an elevation, Hz; equal for a curve.
     pub(super) fn range_hz(&self, elevation_rad: f64) -> [f64; 2] {
         match &self.place {

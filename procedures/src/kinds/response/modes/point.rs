@@ -166,7 +166,13 @@ pub(super) fn measurements(
     for (e, pair) in expected.iter().zip(&fitted.pairs) {
         match pair {
             Some(k) => {
-                all.push(frequency(axis, e, fitted, *k, elevation_rad));
+                let other = other_of_two(e, expected, fitted, *k, elevation_rad);
+                all.push(match other {
+                    Some(reason) => {
+                        Measurement::inconclusive(e.measurand(), axis, e.kind(), ESTIMATOR, reason)
+                    }
+                    None => frequency(axis, e, fitted, *k, elevation_rad),
+                });
                 all.push(damping(axis, e, fitted, *k));
                 all.push(share(axis, e, fitted, *k));
             }
@@ -204,6 +210,20 @@ fn unexpected(axis: &str, expected: &[Expected], fitted: &Fitted, elevation_rad:
         flags: vec![flag],
         ..Measurement::new(UNEXPECTED, axis, Q::Ratio, Some(measured), ESTIMATOR)
     }
+}
+
+/// Where two modes lie so close that one hides the other, nothing says which of them was found.
+fn other_of_two(
+    e: &Expected,
+    expected: &[Expected],
+    fitted: &Fitted,
+    k: usize,
+    elevation_rad: f64,
+) -> Option<ResponseReason> {
+    let found_hz = fitted.modal.modes[k].frequency_hz;
+    let mut missing = expected.iter().zip(&fitted.pairs).filter(|(_, pair)| pair.is_none());
+    let (other, _) = missing.find(|(other, _)| other.could_be(e, found_hz, elevation_rad))?;
+    Some(ResponseReason::OneOfTwo { found_hz, mode: e.mode, other: other.mode })
 }
 
 /// Why an expected mode has no frequency.

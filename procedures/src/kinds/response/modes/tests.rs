@@ -125,6 +125,18 @@ fn every_mode_is_found_the_small_one_in_the_gyro_too() {
 }
 
 #[test]
+fn of_two_modes_of_which_one_is_visible_neither_has_a_frequency() {
+    let one = fitted(&[BENDING, (19.4, 0.035, -1.2e-4, 1.9e-4), TORSIONAL[2]], OWN, 1);
+    let reasons = ["mode-2-departure", "mode-3-departure"].map(|name| measurement(&one, name).inconclusive);
+    let [second, third] = reasons.map(|reason| reason.unwrap_or_default());
+    assert!([&second, &third].iter().any(|reason| reason.contains("not visible")), "{second}; {third}");
+    let either = "may be mode 2 or mode 3: only one of the two is visible";
+    let swapped = "may be mode 3 or mode 2: only one of the two is visible";
+    assert!([&second, &third].iter().any(|r| r.contains(either) || r.contains(swapped)), "{second}; {third}");
+    assert!(measurement(&one, "mode-1-departure").value.is_some());
+}
+
+#[test]
 fn a_departure_is_of_the_calculation_at_the_elevation_that_was_reached() {
     let fitted = fitted(&all_modes(), OWN, 7);
     let found = measurement(&fitted, "mode-2-departure");
