@@ -63,7 +63,7 @@ impl Facts {
             preemption: preemption.map(str::to_owned),
             is_realtime,
             is_virtual_machine: flags.any(|line| line.split_whitespace().any(|flag| flag == "hypervisor")),
-            isolated: list("sys/devices/system/cpu/isolated"),
+            isolated: isolated(root),
             without_tick: list("sys/devices/system/cpu/nohz_full"),
             clocksource: file("sys/devices/system/clocksource/clocksource0/current_clocksource"),
             governors: governors(root, &online),
@@ -111,6 +111,11 @@ impl Interface {
 /// Processors as the kernel lists them, or `none`.
 pub(crate) fn processors_text(processors: &[usize]) -> String {
     if processors.is_empty() { "none".to_owned() } else { list_text(processors) }
+}
+
+/// Processors below `root` that the scheduler leaves alone.
+pub(super) fn isolated(root: &Path) -> Vec<usize> {
+    listed(&text(root, "sys/devices/system/cpu/isolated").unwrap_or_default())
 }
 
 fn text(root: &Path, path: &str) -> Option<String> {

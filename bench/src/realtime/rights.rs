@@ -10,7 +10,7 @@ use rustix::mm::{MlockAllFlags, mlockall, munlockall};
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use rustix::thread::{CpuSet, current_timer_slack, sched_setaffinity, set_current_timer_slack};
 
-use super::facts::Facts;
+use super::facts::isolated;
 use super::fifo;
 use super::processors::{allowed, choice, only};
 
@@ -39,8 +39,7 @@ impl Rights {
     /// Asks for everything, for the calling thread. What is refused leaves things as they are.
     pub fn ask() -> Self {
         let priority = priority();
-        let isolated = Facts::read(Path::new("/"), None).isolated;
-        let (bound, processor) = processor(&isolated, priority.granted);
+        let (bound, processor) = processor(&isolated(Path::new("/")), priority.granted);
         let memory = memory();
         let (awake, _awake) = awake();
         touch_stack();

@@ -29,6 +29,7 @@ pub use mirror::{
     stroke_rad as mirror_stroke_rad,
 };
 pub use polarity::{bus, polarity};
+pub(crate) use position::encoder_error_rad;
 pub use servo::LOOP_RATE_HZ;
 pub use structure::ANALYSED_HZ;
 

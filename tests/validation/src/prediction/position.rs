@@ -40,14 +40,16 @@ fn axis_rows(subject: &Subject<'_>, axis: usize) -> Vec<Expected> {
 
 /// Range of the scale's error over the travel: once and twice a turn, and both ends of the interpolation error.
 fn scale_error_range_rad(axis: &AxisSettings, [low, high]: [f64; 2]) -> f64 {
-    let error = |angle: f64| {
-        axis.encoder_eccentricity_rad * (angle + axis.encoder_eccentricity_phase_rad).sin()
-            + axis.encoder_second_order_rad * (2.0 * angle + axis.encoder_second_order_phase_rad).sin()
-    };
-    let errors = (0..=400).map(|k| error(low + (high - low) * f64::from(k) / 400.0));
+    let errors = (0..=400).map(|k| encoder_error_rad(axis, low + (high - low) * f64::from(k) / 400.0));
     let (least, most) =
         errors.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), e| (low.min(e), high.max(e)));
     most - least + 2.0 * axis.encoder_interpolation_rad
+}
+
+/// What an encoder shows too much at an angle, but for its zero and its pitches.
+pub(crate) fn encoder_error_rad(axis: &AxisSettings, angle_rad: f64) -> f64 {
+    axis.encoder_eccentricity_rad * (angle_rad + axis.encoder_eccentricity_phase_rad).sin()
+        + axis.encoder_second_order_rad * (2.0 * angle_rad + axis.encoder_second_order_phase_rad).sin()
 }
 
 /// Standard deviation of where moves end: the gyro's angle random walk under the position gain, `N/√(2k)`, the bias that

@@ -3,10 +3,11 @@
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use procedures::measurement::Measurement;
-use sim_devices::unit::{AxisSettings, UnitSettings};
+use sim_devices::unit::UnitSettings;
 
 use super::drivetrain::TICK_S;
 use super::{at, axis, place};
+use crate::prediction::encoder_error_rad;
 
 /// Delays of both, and the exchange after which a message of the gyros is read.
 pub(super) fn gyro_encoder_delay_s(m: &Measurement, unit: &UnitSettings) -> Option<f64> {
@@ -74,13 +75,7 @@ pub(super) fn gyro_scale_error(m: &Measurement, unit: &UnitSettings) -> Option<f
     Some(along(added(unit, direction), direction) - too_much)
 }
 
-/// What an encoder shows too much at an angle, but for its zero and its pitches.
-fn encoder_error_rad(axis: &AxisSettings, angle_rad: f64) -> f64 {
-    axis.encoder_eccentricity_rad * (angle_rad + axis.encoder_eccentricity_phase_rad).sin()
-        + axis.encoder_second_order_rad * (2.0 * angle_rad + axis.encoder_second_order_phase_rad).sin()
-}
-
-/// The same of the elevation axis.
+/// What the gyros alone add to the rate about the elevation axis, to first order.
 pub(in crate::blind) fn elevation_gyro_scale(unit: &UnitSettings) -> f64 {
     along(added(unit, ELEVATION_AXIS), ELEVATION_AXIS)
 }
