@@ -31,8 +31,8 @@ pub(super) fn mode(data: &Data, solution: &Solution, k: usize, orders: usize) ->
     let variance = slope[0] * slope[0] * covariance(0, 0)
         + 2.0 * slope[0] * slope[1] * covariance(0, 1)
         + slope[1] * slope[1] * covariance(1, 1);
-    let residues = (0..solution.c.len()).map(|m| residue(solution, k, m, factor));
-    let (residues, residue_u) = residues.map(|(r, u)| (r * scale, u * scale)).unzip();
+    let all: Vec<Residue> = (0..solution.c.len()).map(|m| residue(solution, k, m, factor)).collect();
+    let scaled = |u: fn(&Residue) -> f64| all.iter().map(|r| u(r) * scale).collect();
     Mode {
         frequency_hz: frequency * scale / TAU,
         frequency_u_hz: frequency_u * scale / TAU,
@@ -41,8 +41,9 @@ pub(super) fn mode(data: &Data, solution: &Solution, k: usize, orders: usize) ->
             variance.max(0.0).sqrt(),
             [a * scale / TAU, data.spacing_at(frequency) * scale / TAU],
         ),
-        residues,
-        residue_u,
+        residues: all.iter().map(|r| r.value * scale).collect(),
+        residue_u: scaled(|r| r.u),
+        magnitude_u: scaled(|r| r.magnitude_u),
         orders,
     }
 }
@@ -57,8 +58,15 @@ fn damping(ratio: f64, u: f64, [width_hz, spacing_hz]: [f64; 2]) -> Result<Dampi
     Ok(Damping { ratio, u })
 }
 
-/// R = (c·p + d)/(2jβ), p = −a/2 + jβ, with √(E|R̂ − R|²).
-fn residue(solution: &Solution, k: usize, m: usize, factor: f64) -> (C64, f64) {
+/// R with √(E|R̂ − R|²) and the standard uncertainty of |R|, scaled.
+struct Residue {
+    value: C64,
+    u: f64,
+    magnitude_u: f64,
+}
+
+/// R = (c·p + d)/(2jβ), p = −a/2 + jβ.
+fn residue(solution: &Solution, k: usize, m: usize, factor: f64) -> Residue {
     let a = solution.theta[2 * k];
     let p = pole_of(solution, k);
     let beta = p.im;
@@ -77,9 +85,15 @@ fn residue(solution: &Solution, k: usize, m: usize, factor: f64) -> (C64, f64) {
     let first = solution.shape.nonlinear_count();
     let at = [2 * k, 2 * k + 1, first + 2 * k, first + 2 * k + 1];
     let covariance = SMatrix::<f64, 4, 4>::from_fn(|i, j| solution.covariance[m][(at[i], at[j])]);
-    let variance = |part: fn(&C64) -> f64| {
-        let row = SVector::<f64, 4>::from_iterator(slopes.iter().map(part));
-        row.dot(&(covariance * row))
+    // Along a direction of the complex plane.
+    let variance = |direction: C64| {
+        let row = SVector::<f64, 4>::from_iterator(slopes.iter().map(|v| (v * direction.conj()).re));
+        (factor * row.dot(&(covariance * row))).max(0.0)
     };
-    (r, (factor * (variance(|v| v.re) + variance(|v| v.im))).max(0.0).sqrt())
+    let along = if r.norm() > 0.0 { r / r.norm() } else { C64::new(1.0, 0.0) };
+    Residue {
+        value: r,
+        u: (variance(C64::new(1.0, 0.0)) + variance(C64::new(0.0, 1.0))).sqrt(),
+        magnitude_u: variance(along).sqrt(),
+    }
 }

@@ -126,7 +126,7 @@ const MOST_ORDER: usize = 40;
 const MOST_MODES: usize = 8;
 /// Lines at the low end that the first value of the delay comes from: there the axis is stiff.
 const STIFF_LINES: usize = 5;
-/// A mode is visible from this multiple of the standard uncertainty of its residue on.
+/// A mode is visible from this multiple of the uncertainty of its residue on, √(E|R̂ − R|²) where all directions are alike.
 const VISIBLE: f64 = 4.0;
 /// Share of the gyro's participation below which the encoder's is none.
 const UNSEEN: f64 = 0.25;
@@ -215,8 +215,11 @@ fn first_delay_s(lines: &[Line]) -> f64 {
     all.get(all.len() / 2).copied().unwrap_or(0.0).max(0.0)
 }
 
+/// By the magnitude: a delay that the lines leave open turns the residues of all modes, and a large one among them has a sharp
+/// magnitude all the same.
 fn is_visible(mode: &Mode) -> bool {
-    mode.residues.iter().zip(&mode.residue_u).any(|(r, u)| r.norm() > VISIBLE * u)
+    let of_both_parts = 2.0_f64.sqrt();
+    mode.residues.iter().zip(&mode.magnitude_u).any(|(r, u)| r.norm() > VISIBLE * of_both_parts * u)
 }
 
 /// Participation of mode `k` in a sensor.

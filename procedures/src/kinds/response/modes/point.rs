@@ -149,7 +149,7 @@ fn visible(fitted: &Fitted, expected: &[Expected], elevation_rad: f64) -> PointM
 pub(super) const DAMPING: &str = "mode-damping";
 pub(super) const PARTICIPATION: &str = "mode-participation";
 pub(super) const UNEXPECTED: &str = "unexpected-mode-participation";
-const ESTIMATOR: &str = "modes/2";
+const ESTIMATOR: &str = "modes/3";
 /// Modes above the last expected one by more than this are beyond the calculation.
 const BEYOND_LAST: f64 = 1.2;
 /// Cost over degrees of freedom up to which the model describes the lines.

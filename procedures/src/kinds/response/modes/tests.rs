@@ -137,6 +137,25 @@ fn of_two_modes_of_which_one_is_visible_neither_has_a_frequency() {
 }
 
 #[test]
+fn a_large_mode_is_visible_though_two_modes_close_together_leave_the_delay_open() {
+    let close = [(17.43, 0.038, -1.17e-4, 1.22e-4), (17.58, 0.028, 1.1e-4, 1.38e-4)];
+    let all = [BENDING, close[0], close[1], (46.39, 0.0295, 1.54e-4, 1.92e-4)];
+    let mut most_u_s: f64 = 0.0;
+    for seed in 0..20 {
+        let fitted = fitted(&all, OWN, seed);
+        let hz = |k: &usize| fitted.modal.modes[*k].frequency_hz;
+        let shown: Vec<f64> = fitted.visible.iter().map(hz).collect();
+        assert!(shown.iter().any(|hz| (hz - 46.39).abs() < 0.1), "seed {seed}: {shown:?}");
+        most_u_s = most_u_s.max(fitted.modal.fit.delay_u_s);
+    }
+    let turned_rad = TAU * 46.39 * most_u_s;
+    assert!(
+        turned_rad > 0.25,
+        "u of phase is {turned_rad} rad at the most: above 1/4 no residue exceeds 4 u"
+    );
+}
+
+#[test]
 fn a_departure_is_of_the_calculation_at_the_elevation_that_was_reached() {
     let fitted = fitted(&all_modes(), OWN, 7);
     let found = measurement(&fitted, "mode-2-departure");
