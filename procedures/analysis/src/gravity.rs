@@ -19,6 +19,22 @@ pub struct HalfSum {
     pub torque_nm: Vec<f64>,
 }
 
+impl HalfSum {
+    /// So many periods about the middle, as far as there are so many.
+    #[must_use]
+    pub fn middle(&self, periods: usize) -> Self {
+        let all = self.torque_nm.len();
+        let periods = periods.min(all);
+        let skip = (all - periods) / 2;
+        let cut = |column: &[f64]| column[skip..skip + periods].to_vec();
+        Self {
+            angle_rad: cut(&self.angle_rad),
+            cosine_ratio: cut(&self.cosine_ratio),
+            torque_nm: cut(&self.torque_nm),
+        }
+    }
+}
+
 /// Constant, unbalance and spring: `half-sum = c − A_u·cos θ + K_s·θ` with `c = −K_s·θ_0`.
 ///
 /// From J·α = T_m − T_f + A_u·cos θ − K_s·(θ − θ_0) at constant speed, where half the sum of both directions has no

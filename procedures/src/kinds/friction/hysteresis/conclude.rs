@@ -4,7 +4,7 @@ use std::fmt::Display;
 
 use analysis::estimate::Estimate;
 use analysis::goodness::BY_SCATTER;
-use analysis::gravity::{Gravity, HalfSum, MOST_INFLATION, unbalance_of_poses};
+use analysis::gravity::{Gravity, MOST_INFLATION, unbalance_of_poses};
 use analysis::stribeck::{LEAST_POINTS, NoCurve, Point, StribeckFit, ViscousLine};
 use analysis::uncertainty::{Component, combine};
 
@@ -30,8 +30,8 @@ pub(super) const FASTEST_FOR_GRAVITY_RAD_PER_S: f64 = 10.001 * std::f64::consts:
 /// Whole cogging periods that a point needs for unbalance and spring.
 const LEAST_PERIODS: usize = 6;
 /// Estimators and versions of unbalance and spring.
-const GRAVITY_ESTIMATOR: &str = "gravity-spring/1";
-const POSES_ESTIMATOR: &str = "opposite-poses/1";
+const GRAVITY_ESTIMATOR: &str = "gravity-spring/2";
+const POSES_ESTIMATOR: &str = "opposite-poses/2";
 
 /// What the procedure says in the end.
 pub(super) fn conclude(sweep: &Sweep, cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {
@@ -324,7 +324,7 @@ fn unbalance_from_poses(axis: &str, sliding: &[&SlidingPoint]) -> Option<Measure
         sliding.iter().find(|p| p.requested("velocity") == velocity && p.requested("pose") == Some(0.0))?;
     let periods = pose.half_sum.torque_nm.len().min(opposite.half_sum.torque_nm.len());
     let [value, u, dof] =
-        unbalance_of_poses(&middle(&pose.half_sum, periods), &middle(&opposite.half_sum, periods)).ok()?;
+        unbalance_of_poses(&pose.half_sum.middle(periods), &opposite.half_sum.middle(periods)).ok()?;
     let spread = combine(&[
         Component { u, dof },
         Component::known(pose.quantum_u),
@@ -336,15 +336,4 @@ fn unbalance_from_poses(axis: &str, sliding: &[&SlidingPoint]) -> Option<Measure
     m.evidence = pose.evidence.iter().chain(&opposite.evidence).cloned().collect();
     m.flags.push("half the difference of two opposite poses".to_owned());
     Some(m)
-}
-
-/// So many periods about the middle of a half-sum.
-fn middle(half_sum: &HalfSum, periods: usize) -> HalfSum {
-    let skip = (half_sum.torque_nm.len() - periods) / 2;
-    let cut = |column: &[f64]| column[skip..skip + periods].to_vec();
-    HalfSum {
-        angle_rad: cut(&half_sum.angle_rad),
-        cosine_ratio: cut(&half_sum.cosine_ratio),
-        torque_nm: cut(&half_sum.torque_nm),
-    }
 }

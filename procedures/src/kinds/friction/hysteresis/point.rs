@@ -49,7 +49,7 @@ pub(super) struct SlidingPoint {
     pub(super) quantum_u: f64,
     /// Half the sum of the means of both directions, of a static map.
     pub(super) offset: Option<f64>,
-    /// Half-sum of both directions by cogging period.
+    /// Half-sum of both directions by cogging period, where both had settled.
     pub(super) half_sum: HalfSum,
     /// `None` where periods, bins or bandwidth do not suffice for a spectrum.
     pub(super) cogging: Option<Cogging>,
@@ -100,6 +100,8 @@ pub(super) struct Finding {
     /// Why there is no friction.
     pub(super) trouble: Option<Reason>,
     pub(super) half_sum: HalfSum,
+    /// Periods at each end of the half-sum in which a direction had not settled enough for unbalance and spring.
+    pub(super) unsettled_periods: usize,
     pub(super) spectrum: Option<Spectrum>,
     /// Whether the spectrum is that of a static map.
     pub(super) static_map: bool,
@@ -169,6 +171,7 @@ fn sliding_point(case: &Case, record: &Record<'_>, finding: Finding, friction: &
         effort: estimate.value,
         own_u: own_spread(finding.quantum_u, estimate).u,
     };
+    let settled = finding.half_sum.torque_nm.len().saturating_sub(2 * finding.unsettled_periods);
     let points_count = finding.forward.effort.len() + finding.reverse.effort.len();
     let cogging = finding.spectrum.map(|spectrum| Cogging {
         spectrum,
@@ -184,7 +187,7 @@ fn sliding_point(case: &Case, record: &Record<'_>, finding: Finding, friction: &
         scale: record.torque_scale,
         quantum_u: finding.quantum_u,
         offset: finding.offset,
-        half_sum: finding.half_sum,
+        half_sum: finding.half_sum.middle(settled),
         cogging,
         conditions: friction.conditions.clone(),
         evidence: finding.evidence,

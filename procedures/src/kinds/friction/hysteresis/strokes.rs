@@ -38,6 +38,10 @@ const SETTLE_S: f64 = 0.25;
 const END_S: f64 = SETTLE_S / 2.0;
 /// Cogging periods that are left out at the start of a plateau at least.
 const SETTLE_PERIODS: f64 = 0.5;
+/// What else is left out at both ends for unbalance and spring: so long after the start of a plateau the loop still swings, and what
+/// of J·α is wrong with the inertia then stands at one end of the span only, as a load would. (Units with 10 % of inertia unknown:
+/// 0.1 N·m in the first period, which moved the unbalance by 0.2 N·m.)
+const SETTLE_FOR_GRAVITY_S: f64 = 0.6;
 /// Largest departure of the achieved velocity from the one asked for, relative.
 const STEADY_RATIO: f64 = 0.05;
 /// Shortest window over which the achieved velocity is a mean.
@@ -132,6 +136,12 @@ fn settle_s(velocity_rad_per_s: f64, period_rad: f64) -> f64 {
     SETTLE_S.max(SETTLE_PERIODS * period_rad / velocity_rad_per_s)
 }
 
+/// Whole periods at each end that [`SETTLE_FOR_GRAVITY_S`] takes beside [`settle_s`].
+fn unsettled_periods(velocity_rad_per_s: f64, period_rad: f64) -> usize {
+    let left_s = SETTLE_FOR_GRAVITY_S - settle_s(velocity_rad_per_s, period_rad);
+    (left_s * velocity_rad_per_s / period_rad).max(0.0).ceil() as usize
+}
+
 /// Time of a plateau that is left out at both of its ends.
 pub(super) fn left_out_s(velocity_rad_per_s: f64, period_rad: f64) -> f64 {
     settle_s(velocity_rad_per_s, period_rad) + END_S
@@ -188,6 +198,7 @@ fn evaluate(ran: &Ran<'_>, limits: &AxisLimits, finding: &mut Finding) -> Result
     }
     exclude_samples(ran, &grid, finding);
     reduce(&maps, &grid, finding);
+    finding.unsettled_periods = unsettled_periods(ran.velocity_rad_per_s, ran.period_rad);
     cogging::add_of_strokes(&maps, &grid, ran.velocity_rad_per_s, &differentiator, limits, finding);
     Ok(())
 }
