@@ -1,5 +1,7 @@
 //! Unbalance and spring from the half-sum of both directions, by least squares.
 
+use std::ops::Range;
+
 use crate::least_squares::{FitError, LinearFit};
 use crate::uncertainty::correlation_factor;
 
@@ -20,18 +22,25 @@ pub struct HalfSum {
 }
 
 impl HalfSum {
-    /// So many periods about the middle, as far as there are so many.
+    /// Some of the periods.
+    ///
+    /// # Panics
+    /// Where the periods are not all there.
     #[must_use]
-    pub fn middle(&self, periods: usize) -> Self {
-        let all = self.torque_nm.len();
-        let periods = periods.min(all);
-        let skip = (all - periods) / 2;
-        let cut = |column: &[f64]| column[skip..skip + periods].to_vec();
+    pub fn part(&self, periods: Range<usize>) -> Self {
+        let cut = |column: &[f64]| column[periods.clone()].to_vec();
         Self {
             angle_rad: cut(&self.angle_rad),
             cosine_ratio: cut(&self.cosine_ratio),
             torque_nm: cut(&self.torque_nm),
         }
+    }
+
+    /// So many periods about the middle, of at least so many.
+    #[must_use]
+    pub fn middle(&self, periods: usize) -> Self {
+        let skip = (self.torque_nm.len() - periods) / 2;
+        self.part(skip..skip + periods)
     }
 }
 

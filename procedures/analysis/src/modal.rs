@@ -153,9 +153,9 @@ pub struct Mode {
     pub residues: Vec<C64>,
     /// √(E|R̂ − R|²) of each.
     pub residue_u: Vec<f64>,
-    /// Standard uncertainty of |R| of each. Where a delay is fitted, too, it turns all residues together: their phases may be far
-    /// less certain than their magnitudes.
-    pub magnitude_u: Vec<f64>,
+    /// The same of R·e^(−pτ), what the mode adds to the measured response: a delay τ that is fitted, too, turns all residues together,
+    /// and where the lines leave it open they are far less certain than what can be seen of them.
+    pub observed_u: Vec<f64>,
     /// Orders in which the pole was stable; 0 if it was found in the residual of the others.
     pub orders: usize,
 }

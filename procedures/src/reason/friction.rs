@@ -99,7 +99,7 @@ pub enum FrictionReason {
          {inflation:.1} above {most:.0}"
     )]
     NotSeparated { inflation: f64, most: f64 },
-    #[error("no valid point at ≤ 10 deg/s with {least} whole cogging periods")]
+    #[error("no valid point at ≤ 10 deg/s with {least} whole cogging periods where the loop had settled")]
     NoSlowPoint { least: usize },
     #[error("the plan has no axis {axis}")]
     NoAxis { axis: String },

@@ -43,7 +43,7 @@ pub(super) fn mode(data: &Data, solution: &Solution, k: usize, orders: usize) ->
         ),
         residues: all.iter().map(|r| r.value * scale).collect(),
         residue_u: scaled(|r| r.u),
-        magnitude_u: scaled(|r| r.magnitude_u),
+        observed_u: scaled(|r| r.observed_u),
         orders,
     }
 }
@@ -58,11 +58,11 @@ fn damping(ratio: f64, u: f64, [width_hz, spacing_hz]: [f64; 2]) -> Result<Dampi
     Ok(Damping { ratio, u })
 }
 
-/// R with √(E|R̂ − R|²) and the standard uncertainty of |R|, scaled.
+/// R with √(E|R̂ − R|²), and the same of R·e^(−pτ), scaled.
 struct Residue {
     value: C64,
     u: f64,
-    magnitude_u: f64,
+    observed_u: f64,
 }
 
 /// R = (c·p + d)/(2jβ), p = −a/2 + jβ.
@@ -81,19 +81,20 @@ fn residue(solution: &Solution, k: usize, m: usize, factor: f64) -> Residue {
         C64::new(0.0, beta_b) * c / under - r * (beta_b / beta),
         p / under,
         under.inv(),
+        // Of the delay.
+        -p * r,
     ];
     let first = solution.shape.nonlinear_count();
-    let at = [2 * k, 2 * k + 1, first + 2 * k, first + 2 * k + 1];
-    let covariance = SMatrix::<f64, 4, 4>::from_fn(|i, j| solution.covariance[m][(at[i], at[j])]);
-    // Along a direction of the complex plane.
-    let variance = |direction: C64| {
-        let row = SVector::<f64, 4>::from_iterator(slopes.iter().map(|v| (v * direction.conj()).re));
-        (factor * row.dot(&(covariance * row))).max(0.0)
+    let delay = if solution.shape.delay { first - 1 } else { 2 * k };
+    let at = [2 * k, 2 * k + 1, first + 2 * k, first + 2 * k + 1, delay];
+    let covariance = SMatrix::<f64, 5, 5>::from_fn(|i, j| solution.covariance[m][(at[i], at[j])]);
+    let u = |turns: bool| {
+        let variance = |part: fn(&C64) -> f64| {
+            let mut row = SVector::<f64, 5>::from_iterator(slopes.iter().map(part));
+            row[4] *= if turns && solution.shape.delay { 1.0 } else { 0.0 };
+            row.dot(&(covariance * row))
+        };
+        (factor * (variance(|v| v.re) + variance(|v| v.im))).max(0.0).sqrt()
     };
-    let along = if r.norm() > 0.0 { r / r.norm() } else { C64::new(1.0, 0.0) };
-    Residue {
-        value: r,
-        u: (variance(C64::new(1.0, 0.0)) + variance(C64::new(0.0, 1.0))).sqrt(),
-        magnitude_u: variance(along).sqrt(),
-    }
+    Residue { value: r, u: u(false), observed_u: u(true) }
 }

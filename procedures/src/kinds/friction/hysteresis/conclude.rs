@@ -15,7 +15,7 @@ use super::sweep::Sweep;
 use super::{COULOMB, SHAPE, SPRING, STATIC, STIFFNESS, STRIBECK, UNBALANCE, VISCOUS};
 use crate::axis::{Axes, AxisLimits, TorqueScale};
 use crate::case::Case;
-use crate::measurement::{Conclusion, Evidence, Measurement, PointResult};
+use crate::measurement::{Conclusion, Evidence, Exclusion, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 use crate::reason::FrictionReason;
 
@@ -276,6 +276,14 @@ impl<'a> SeparatingPoint<'a> {
         m.conditions.clone_from(&self.point.conditions);
         m.evidence.clone_from(&self.point.evidence);
         m.flags.push(format!("variance inflation {:.1}", self.fit.inflation_factor()));
+        if self.point.unsettled_count > 0 {
+            let reason = "the loop had not settled there in one of the directions".to_owned();
+            m.excluded.push(Exclusion {
+                count: self.point.unsettled_count,
+                of: "cogging periods".to_owned(),
+                reason,
+            });
+        }
         m
     }
 
@@ -323,6 +331,10 @@ fn unbalance_from_poses(axis: &str, sliding: &[&SlidingPoint]) -> Option<Measure
     let pose =
         sliding.iter().find(|p| p.requested("velocity") == velocity && p.requested("pose") == Some(0.0))?;
     let periods = pose.half_sum.torque_nm.len().min(opposite.half_sum.torque_nm.len());
+    if periods < LEAST_PERIODS {
+        let reason = FrictionReason::NoSlowPoint { least: LEAST_PERIODS };
+        return Some(Measurement::inconclusive(UNBALANCE, axis, Q::Torque, POSES_ESTIMATOR, reason));
+    }
     let [value, u, dof] =
         unbalance_of_poses(&pose.half_sum.middle(periods), &opposite.half_sum.middle(periods)).ok()?;
     let spread = combine(&[

@@ -51,6 +51,8 @@ pub(super) struct SlidingPoint {
     pub(super) offset: Option<f64>,
     /// Half-sum of both directions by cogging period, where both had settled.
     pub(super) half_sum: HalfSum,
+    /// Periods that are left out of it because they had not.
+    pub(super) unsettled_count: usize,
     /// `None` where periods, bins or bandwidth do not suffice for a spectrum.
     pub(super) cogging: Option<Cogging>,
     pub(super) conditions: Vec<Condition>,
@@ -100,8 +102,8 @@ pub(super) struct Finding {
     /// Why there is no friction.
     pub(super) trouble: Option<Reason>,
     pub(super) half_sum: HalfSum,
-    /// Periods at each end of the half-sum in which a direction had not settled enough for unbalance and spring.
-    pub(super) unsettled_periods: usize,
+    /// Periods of the half-sum that count for unbalance and spring.
+    pub(super) half_sum_settled: Range<usize>,
     pub(super) spectrum: Option<Spectrum>,
     /// Whether the spectrum is that of a static map.
     pub(super) static_map: bool,
@@ -171,7 +173,9 @@ fn sliding_point(case: &Case, record: &Record<'_>, finding: Finding, friction: &
         effort: estimate.value,
         own_u: own_spread(finding.quantum_u, estimate).u,
     };
-    let settled = finding.half_sum.torque_nm.len().saturating_sub(2 * finding.unsettled_periods);
+    let all = finding.half_sum.torque_nm.len();
+    let half_sum = finding.half_sum.part(finding.half_sum_settled);
+    let unsettled_count = all - half_sum.torque_nm.len();
     let points_count = finding.forward.effort.len() + finding.reverse.effort.len();
     let cogging = finding.spectrum.map(|spectrum| Cogging {
         spectrum,
@@ -187,7 +191,8 @@ fn sliding_point(case: &Case, record: &Record<'_>, finding: Finding, friction: &
         scale: record.torque_scale,
         quantum_u: finding.quantum_u,
         offset: finding.offset,
-        half_sum: finding.half_sum.middle(settled),
+        half_sum,
+        unsettled_count,
         cogging,
         conditions: friction.conditions.clone(),
         evidence: finding.evidence,

@@ -38,9 +38,9 @@ const SETTLE_S: f64 = 0.25;
 const END_S: f64 = SETTLE_S / 2.0;
 /// Cogging periods that are left out at the start of a plateau at least.
 const SETTLE_PERIODS: f64 = 0.5;
-/// What else is left out at both ends for unbalance and spring: so long after the start of a plateau the loop still swings, and what
-/// of J·α is wrong with the inertia then stands at one end of the span only, as a load would. (Units with 10 % of inertia unknown:
-/// 0.1 N·m in the first period, which moved the unbalance by 0.2 N·m.)
+/// Unbalance and spring use no period that begins earlier than this after the start of a plateau. The loop still swings there. An
+/// error of the inertia leaves a part of J·α in the torque, at one end of the span in each direction, and the fit takes that for
+/// a load. (With an inertia that is 10 % off: 0.1 N·m in the first period, which moves the unbalance by 0.2 N·m.)
 const SETTLE_FOR_GRAVITY_S: f64 = 0.6;
 /// Largest departure of the achieved velocity from the one asked for, relative.
 const STEADY_RATIO: f64 = 0.05;
@@ -68,6 +68,8 @@ struct Ran<'a> {
 struct SteadyStroke {
     reverse: bool,
     rows: Range<usize>,
+    /// Where the axis was when the loop had settled for unbalance and spring.
+    settled_rad: f64,
 }
 
 /// Everything that the strokes say.
@@ -121,10 +123,15 @@ fn ran<'a>(
         let to_s = span.start_s + plateau.end_s - END_S;
         let rows = ran.record.range(from_s, to_s);
         match steady_rows(&ran, &ran.record.angle_rad[rows.clone()], plateau.reverse) {
-            Some(stretch) => ran.steady.push(SteadyStroke {
-                reverse: plateau.reverse,
-                rows: rows.start + stretch.start..rows.start + stretch.end,
-            }),
+            Some(stretch) => {
+                let settled_s = span.start_s + plateau.start_s + SETTLE_FOR_GRAVITY_S;
+                let row = ran.record.range(settled_s, f64::INFINITY).start.min(ran.rows.end - 1);
+                ran.steady.push(SteadyStroke {
+                    reverse: plateau.reverse,
+                    rows: rows.start + stretch.start..rows.start + stretch.end,
+                    settled_rad: ran.record.angle_rad[row],
+                });
+            }
             None => ran.unsteady_count += 1,
         }
     }
@@ -134,12 +141,6 @@ fn ran<'a>(
 /// Time that is left out at the start of a plateau.
 fn settle_s(velocity_rad_per_s: f64, period_rad: f64) -> f64 {
     SETTLE_S.max(SETTLE_PERIODS * period_rad / velocity_rad_per_s)
-}
-
-/// Whole periods at each end that [`SETTLE_FOR_GRAVITY_S`] takes beside [`settle_s`].
-fn unsettled_periods(velocity_rad_per_s: f64, period_rad: f64) -> usize {
-    let left_s = SETTLE_FOR_GRAVITY_S - settle_s(velocity_rad_per_s, period_rad);
-    (left_s * velocity_rad_per_s / period_rad).max(0.0).ceil() as usize
 }
 
 /// Time of a plateau that is left out at both of its ends.
@@ -198,9 +199,20 @@ fn evaluate(ran: &Ran<'_>, limits: &AxisLimits, finding: &mut Finding) -> Result
     }
     exclude_samples(ran, &grid, finding);
     reduce(&maps, &grid, finding);
-    finding.unsettled_periods = unsettled_periods(ran.velocity_rad_per_s, ran.period_rad);
+    finding.half_sum_settled = settled_periods(ran, &grid);
     cogging::add_of_strokes(&maps, &grid, ran.velocity_rad_per_s, &differentiator, limits, finding);
     Ok(())
+}
+
+/// Periods of the grid in which the loop had settled in both directions.
+fn settled_periods(ran: &Ran<'_>, grid: &Grid) -> Range<usize> {
+    let of = |reverse: bool| ran.steady.iter().filter(move |s| s.reverse == reverse).map(|s| s.settled_rad);
+    let low_rad = of(false).fold(f64::NEG_INFINITY, f64::max);
+    let high_rad = of(true).fold(f64::INFINITY, f64::min);
+    let edge_rad = |period: usize| grid.edge_rad(period * grid.bins_per_period_count);
+    let from = (0..grid.periods_count).find(|&k| edge_rad(k) >= low_rad).unwrap_or(grid.periods_count);
+    let to = (from..grid.periods_count).rev().find(|&k| edge_rad(k + 1) <= high_rad).map_or(from, |k| k + 1);
+    from..to
 }
 
 /// Whole cogging periods that all steady strokes share; `None` where one direction has no steady stroke.
@@ -250,6 +262,7 @@ fn reduce(maps: &Maps, grid: &Grid, finding: &mut Finding) {
     let forward = average(&maps.forward);
     let reverse = average(&maps.reverse);
     finding.half_sum = half_sum(grid, &forward, &reverse);
+    finding.half_sum_settled = 0..finding.half_sum.torque_nm.len();
     // A direction that was not recorded has no curve.
     let curve = |effort: Vec<f64>| {
         let angle_rad = if effort.is_empty() { Vec::new() } else { grid.centres_rad() };
@@ -280,7 +293,7 @@ fn maps(
         effort.iter_mut().zip(acceleration).for_each(|(e, a)| *e -= limits.inertia_kg_m2 * a);
     }
     let mut maps = Maps { forward: Vec::new(), reverse: Vec::new() };
-    for SteadyStroke { reverse, rows } in &ran.steady {
+    for SteadyStroke { reverse, rows, .. } in &ran.steady {
         let effort = &effort[rows.start - all.start..rows.end - all.start];
         let map = bin_means(&ran.record.angle_rad[rows.clone()], effort, grid)
             .ok_or(FrictionReason::StrokeNotCovering)?;

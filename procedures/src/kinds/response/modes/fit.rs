@@ -126,7 +126,7 @@ const MOST_ORDER: usize = 40;
 const MOST_MODES: usize = 8;
 /// Lines at the low end that the first value of the delay comes from: there the axis is stiff.
 const STIFF_LINES: usize = 5;
-/// A mode is visible from this multiple of the uncertainty of its residue on, √(E|R̂ − R|²) where all directions are alike.
+/// A mode is visible from this multiple of the standard uncertainty of its residue on.
 const VISIBLE: f64 = 4.0;
 /// Share of the gyro's participation below which the encoder's is none.
 const UNSEEN: f64 = 0.25;
@@ -215,18 +215,21 @@ fn first_delay_s(lines: &[Line]) -> f64 {
     all.get(all.len() / 2).copied().unwrap_or(0.0).max(0.0)
 }
 
-/// By the magnitude: a delay that the lines leave open turns the residues of all modes, and a large one among them has a sharp
-/// magnitude all the same.
+/// By what the mode adds to the responses: a delay that the lines leave open turns the residues of all modes, and hides none.
 fn is_visible(mode: &Mode) -> bool {
-    let of_both_parts = 2.0_f64.sqrt();
-    mode.residues.iter().zip(&mode.magnitude_u).any(|(r, u)| r.norm() > VISIBLE * of_both_parts * u)
+    mode.residues.iter().zip(&mode.observed_u).any(|(r, u)| r.norm() > VISIBLE * u)
 }
 
 /// Participation of mode `k` in a sensor.
 pub(super) fn participation(modal: &Modal, k: usize, sensor: usize, apart: bool) -> Participation {
+    share(modal, k, sensor, apart, &modal.modes[k].residue_u)
+}
+
+/// The same with an uncertainty of the residues.
+fn share(modal: &Modal, k: usize, sensor: usize, apart: bool, residue_u: &[f64]) -> Participation {
     let rigid = rigid(modal);
     let mode = &modal.modes[k];
-    let of = |response: usize| (mode.residues[response], mode.residue_u[response]);
+    let of = |response: usize| (mode.residues[response], residue_u[response]);
     let (residue, u) = match (of(DIFFERENCE), of(ENCODER), sensor) {
         ((d, d_u), (e, e_u), 0) if apart => (d + e, d_u.hypot(e_u)),
         (gyro, _, 0) => gyro,
@@ -253,8 +256,9 @@ pub(super) fn response(fitted: &Fitted, sensor: usize, hz: f64) -> C64 {
 }
 
 fn candidate(modal: &Modal, k: usize, apart: bool) -> Candidate {
-    let [gyro, encoder] = [0, 1].map(|sensor| participation(modal, k, sensor, apart));
     let mode = &modal.modes[k];
+    // Whether a sensor shows the mode at all does not depend on the delay.
+    let [gyro, encoder] = [0, 1].map(|sensor| share(modal, k, sensor, apart, &mode.observed_u));
     let ratio = mode.damping.as_ref().map_or(1.0, |d| d.ratio.abs().max(f64::MIN_POSITIVE));
     let height = gyro.value.abs().max(encoder.value.abs()) / (2.0 * ratio);
     Candidate {

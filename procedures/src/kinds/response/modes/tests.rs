@@ -147,6 +147,19 @@ fn a_large_mode_is_visible_though_two_modes_close_together_leave_the_delay_open(
         let shown: Vec<f64> = fitted.visible.iter().map(hz).collect();
         assert!(shown.iter().any(|hz| (hz - 46.39).abs() < 0.1), "seed {seed}: {shown:?}");
         most_u_s = most_u_s.max(fitted.modal.fit.delay_u_s);
+        let others: Vec<&f64> =
+            shown.iter().filter(|hz| !all.iter().any(|mode| (**hz / mode.0 - 1.0).abs() < 0.02)).collect();
+        assert!(others.is_empty(), "seed {seed}: {others:?} beside the true modes");
+        for (name, expected_hz) in [("mode-2-departure", 18.3), ("mode-3-departure", 20.7)] {
+            let found = measurement(&fitted, name);
+            let Some(value) = found.value else { continue };
+            let away_hz = close.map(|mode| (value + 1.0) * expected_hz - mode.0).map(f64::abs);
+            let most_hz = 4.0 * found.u * expected_hz;
+            assert!(
+                away_hz.iter().any(|hz| *hz < most_hz),
+                "seed {seed}, {name}: {away_hz:?} Hz, U {most_hz}"
+            );
+        }
     }
     let turned_rad = TAU * 46.39 * most_u_s;
     assert!(
