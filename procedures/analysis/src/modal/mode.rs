@@ -2,8 +2,6 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::{SMatrix, SVector};
-
 use super::super::frf::C64;
 use super::super::goodness::Goodness;
 use super::super::rational::lines::Data;
@@ -76,25 +74,16 @@ fn residue(solution: &Solution, k: usize, m: usize, factor: f64) -> Residue {
     let r = (p * c + d) / under;
     let beta_a = -0.25 * a / beta;
     let beta_b = 0.5 / beta;
-    let slopes = [
-        C64::new(-0.5, beta_a) * c / under - r * (beta_a / beta),
-        C64::new(0.0, beta_b) * c / under - r * (beta_b / beta),
-        p / under,
-        under.inv(),
-        // Of the delay.
-        -p * r,
-    ];
     let first = solution.shape.nonlinear_count();
-    let delay = if solution.shape.delay { first - 1 } else { 2 * k };
-    let at = [2 * k, 2 * k + 1, first + 2 * k, first + 2 * k + 1, delay];
-    let covariance = SMatrix::<f64, 5, 5>::from_fn(|i, j| solution.covariance[m][(at[i], at[j])]);
-    let u = |turns: bool| {
-        let variance = |part: fn(&C64) -> f64| {
-            let mut row = SVector::<f64, 5>::from_iterator(slopes.iter().map(part));
-            row[4] *= if turns && solution.shape.delay { 1.0 } else { 0.0 };
-            row.dot(&(covariance * row))
-        };
-        (factor * (variance(|v| v.re) + variance(|v| v.im))).max(0.0).sqrt()
-    };
-    Residue { value: r, u: u(false), observed_u: u(true) }
+    let mut slopes = vec![C64::default(); first + solution.shape.linear_count()];
+    slopes[2 * k] = C64::new(-0.5, beta_a) * c / under - r * (beta_a / beta);
+    slopes[2 * k + 1] = C64::new(0.0, beta_b) * c / under - r * (beta_b / beta);
+    slopes[first + 2 * k] = p / under;
+    slopes[first + 2 * k + 1] = under.inv();
+    let u = |slopes: &[C64]| (factor * solution.variance_along(m, slopes)).sqrt();
+    let own_u = u(&slopes);
+    if solution.shape.delay {
+        slopes[first - 1] = -p * r;
+    }
+    Residue { value: r, u: own_u, observed_u: u(&slopes) }
 }

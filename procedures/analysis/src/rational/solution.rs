@@ -186,9 +186,14 @@ impl Solution {
         let mut slopes = vec![C64::default(); n + linear];
         self.shape.slopes(&self.theta, &self.c[response], s, &mut slopes[..n]);
         self.shape.columns(&self.theta, s, &mut slopes[n..]);
+        self.variance_along(response, &slopes)
+    }
+
+    /// Variance of a complex function of (θ, c) of a response, from its slopes: real and imaginary part together.
+    pub(crate) fn variance_along(&self, response: usize, slopes: &[C64]) -> f64 {
         let covariance = &self.covariance[response];
         let variance = |part: fn(&C64) -> f64| {
-            let row = DVector::from_iterator(n + linear, slopes.iter().map(part));
+            let row = DVector::from_iterator(slopes.len(), slopes.iter().map(part));
             row.dot(&(covariance * &row))
         };
         (variance(|v| v.re) + variance(|v| v.im)).max(0.0)

@@ -102,8 +102,8 @@ pub(super) struct Finding {
     /// Why there is no friction.
     pub(super) trouble: Option<Reason>,
     pub(super) half_sum: HalfSum,
-    /// Periods of the half-sum that count for unbalance and spring.
-    pub(super) half_sum_settled: Range<usize>,
+    /// Periods at the low and at the high end of the half-sum that do not count for unbalance and spring.
+    pub(super) unsettled_counts: [usize; 2],
     pub(super) spectrum: Option<Spectrum>,
     /// Whether the spectrum is that of a static map.
     pub(super) static_map: bool,
@@ -173,9 +173,8 @@ fn sliding_point(case: &Case, record: &Record<'_>, finding: Finding, friction: &
         effort: estimate.value,
         own_u: own_spread(finding.quantum_u, estimate).u,
     };
-    let all = finding.half_sum.torque_nm.len();
-    let half_sum = finding.half_sum.part(finding.half_sum_settled);
-    let unsettled_count = all - half_sum.torque_nm.len();
+    let [low, high] = finding.unsettled_counts;
+    let settled = low..finding.half_sum.torque_nm.len() - high;
     let points_count = finding.forward.effort.len() + finding.reverse.effort.len();
     let cogging = finding.spectrum.map(|spectrum| Cogging {
         spectrum,
@@ -191,8 +190,8 @@ fn sliding_point(case: &Case, record: &Record<'_>, finding: Finding, friction: &
         scale: record.torque_scale,
         quantum_u: finding.quantum_u,
         offset: finding.offset,
-        half_sum,
-        unsettled_count,
+        half_sum: finding.half_sum.part(settled),
+        unsettled_count: low + high,
         cogging,
         conditions: friction.conditions.clone(),
         evidence: finding.evidence,

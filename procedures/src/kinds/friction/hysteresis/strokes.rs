@@ -199,7 +199,8 @@ fn evaluate(ran: &Ran<'_>, limits: &AxisLimits, finding: &mut Finding) -> Result
     }
     exclude_samples(ran, &grid, finding);
     reduce(&maps, &grid, finding);
-    finding.half_sum_settled = settled_periods(ran, &grid);
+    let settled = settled_periods(ran, &grid);
+    finding.unsettled_counts = [settled.start, grid.periods_count - settled.end];
     cogging::add_of_strokes(&maps, &grid, ran.velocity_rad_per_s, &differentiator, limits, finding);
     Ok(())
 }
@@ -262,7 +263,6 @@ fn reduce(maps: &Maps, grid: &Grid, finding: &mut Finding) {
     let forward = average(&maps.forward);
     let reverse = average(&maps.reverse);
     finding.half_sum = half_sum(grid, &forward, &reverse);
-    finding.half_sum_settled = 0..finding.half_sum.torque_nm.len();
     // A direction that was not recorded has no curve.
     let curve = |effort: Vec<f64>| {
         let angle_rad = if effort.is_empty() { Vec::new() } else { grid.centres_rad() };
