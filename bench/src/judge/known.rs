@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 
 use procedures::axis::{Axes, MeasuredConstant};
+use procedures::case::Case;
 use procedures::drift;
 use procedures::log::{Plan, Window};
 use procedures::measurement::Measurement;
@@ -79,9 +80,8 @@ impl Known {
 
     /// Lets the axes of a plan be judged by them. Inertias are those of the final build state: an earlier one has its own.
     pub(super) fn put_into(&self, plan: &mut Plan, is_final_state: bool) {
-        let poses_rad = plan.cases.first().map(|case| case.start_pose_rad.clone()).unwrap_or_default();
         let gimbal = plan.axes.gimbal().ok();
-        let elevation_rad = gimbal.and_then(|g| poses_rad.get(&g.inner.name).copied());
+        let elevation_rad = gimbal.and_then(|g| middle_rad(&plan.cases, &g.inner.name));
         let outer = gimbal.map(|g| g.outer.name.clone());
         for axis in plan.axes.all_mut() {
             let limits = &mut axis.limits;
@@ -124,6 +124,17 @@ impl Known {
             }
         }
     }
+}
+
+/// The middle of where the points of a plan have an axis: what it shows over its motion belongs there.
+fn middle_rad(cases: &[Case], axis: &str) -> Option<f64> {
+    let mut range: Option<[f64; 2]> = None;
+    for case in cases {
+        let Some(&pose_rad) = case.start_pose_rad.get(axis) else { continue };
+        let own = if case.axis == axis { case.envelope().position_rad } else { [pose_rad; 2] };
+        range = Some(range.map_or(own, |[low, high]| [low.min(own[0]), high.max(own[1])]));
+    }
+    range.map(|[low, high]| 0.5 * (low + high))
 }
 
 fn constant(measurements: &[Measurement]) -> Option<MeasuredConstant> {
@@ -205,7 +216,32 @@ fn add_inertia(log: &mut JudgedLog, other: &JudgedLog, inertias: &Inertias, requ
 
 #[cfg(test)]
 mod tests {
+    use procedures::case::{Mode, Segment};
+    use procedures::stimulus::{ProfileLimits, Stimulus};
+
     use super::*;
+
+    /// Strokes of elevation pass the whole travel: an inertia that was measured at one end of it is not that of the strokes.
+    #[test]
+    fn what_an_axis_shows_over_its_motion_belongs_to_the_middle_of_it_and_not_to_where_it_starts() {
+        let limits =
+            ProfileLimits { velocity_rad_per_s: 0.1, acceleration_rad_per_s2: 1.0, jerk_rad_per_s3: 10.0 };
+        let strokes = Stimulus::Reversals { from_rad: -0.1, to_rad: 1.5, limits, cycles: 1 };
+        let case = |axis: &str, elevation_rad: f64, stimulus: Stimulus| Case {
+            axis: axis.to_owned(),
+            start_pose_rad: BTreeMap::from([("az".to_owned(), 2.0), ("el".to_owned(), elevation_rad)]),
+            segments: vec![Segment { stimulus, ..Segment::hold("strokes", Mode::Position, 60.0) }],
+            ..Case::default()
+        };
+        let near =
+            |found: Option<f64>, wanted_rad: f64| found.is_some_and(|x| (x - wanted_rad).abs() < 1e-12);
+        let elevation = [case("el", -0.1, strokes.clone())];
+        assert!(near(middle_rad(&elevation, "el"), 0.7), "{:?}", middle_rad(&elevation, "el"));
+        // The other axis moves: elevation is where it stands, in the middle of all points.
+        let azimuth = [0.3, 0.5, 0.9].map(|elevation_rad| case("az", elevation_rad, strokes.clone()));
+        assert!(near(middle_rad(&azimuth[..1], "el"), 0.3) && near(middle_rad(&azimuth, "el"), 0.6));
+        assert_eq!(middle_rad(&azimuth, "roll"), None);
+    }
 
     #[test]
     fn a_constant_is_less_certain_by_what_magnets_lose_at_the_temperature_of_another_log() {

@@ -111,10 +111,37 @@ impl Spectrum {
         Some(Self { order_per_rev: grid.orders, amplitude, harmonics })
     }
 
+    /// What another quantity of the same strokes has at each harmonic, as complex amplitudes `a·e^{iφ}` of `a·cos(order·θ + φ)`,
+    /// mean of both directions; `None` if a branch is too short.
+    pub fn lines_of(&self, branches: &[Branch], settings: &Settings) -> Option<Vec<Complex<f64>>> {
+        let orders: Vec<f64> = self.harmonics.iter().map(|h| h.at_order_per_rev).collect();
+        let mut forward = Vec::new();
+        let mut reverse = Vec::new();
+        for branch in branches {
+            let lines = branch.amplitudes(Background::of(settings), &orders)?;
+            if branch.reverse { reverse.push(lines) } else { forward.push(lines) }
+        }
+        let line = |(k, order): (usize, &f64)| {
+            let [forward, reverse] =
+                [&forward, &reverse].map(|strokes| strokes.iter().map(|s| s[k]).collect::<Vec<_>>());
+            mean_of_strokes(&forward, &reverse) / smear(*order, settings)
+        };
+        Some(orders.iter().enumerate().map(line).collect())
+    }
+
     /// The largest harmonic with an order in `range`; the lowest of equals.
     pub fn largest_in(&self, range: std::ops::Range<f64>) -> Option<&Harmonic> {
         let inside = self.harmonics.iter().filter(|h| range.contains(&h.at_order_per_rev));
         inside.reduce(|a, b| if b.mean.amplitude > a.mean.amplitude { b } else { a })
+    }
+}
+
+impl Amplitude {
+    /// The amplitude without a part of it, with the same uncertainty.
+    #[must_use]
+    pub fn without(&self, part: Complex<f64>) -> Self {
+        let left = Complex::from_polar(self.amplitude, self.phase_rad) - part;
+        Self { amplitude: left.norm(), phase_rad: left.arg(), ..*self }
     }
 }
 
@@ -228,11 +255,16 @@ fn mean_amplitude(
     gain: f64,
 ) -> Amplitude {
     let spread = amplitude(pairs, within, gain);
+    let mean = mean_of_strokes(forward, reverse);
+    Amplitude { amplitude: mean.norm() / gain, phase_rad: mean.arg(), ..spread }
+}
+
+/// Half the sum of what the strokes of each direction show on average.
+fn mean_of_strokes(forward: &[Complex<f64>], reverse: &[Complex<f64>]) -> Complex<f64> {
     let average = |c: &[Complex<f64>]| -> Vec<Complex<f64>> {
         if c.is_empty() { Vec::new() } else { vec![c.iter().sum::<Complex<f64>>() / c.len() as f64] }
     };
-    let mean = halves(&average(forward), &average(reverse)).first().copied().unwrap_or_default();
-    Amplitude { amplitude: mean.norm() / gain, phase_rad: mean.arg(), ..spread }
+    halves(&average(forward), &average(reverse)).first().copied().unwrap_or_default()
 }
 
 /// Mean of the repeats' complex amplitudes, its noise, and their scatter (2·(n − 1) degrees of freedom).

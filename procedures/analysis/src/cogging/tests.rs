@@ -112,3 +112,26 @@ fn strokes_that_disagree_widen_u() {
     let u = |s: &Spectrum| s.largest_in(100.0..200.0).map_or(0.0, |h| h.mean.u);
     assert!(u(&wild) > 50.0 * u(&calm), "{} against {}", u(&wild), u(&calm));
 }
+
+/// Rates of both directions whose lines are in phase over the angle, beside efforts with the same orders.
+#[test]
+fn another_quantity_has_its_own_lines_at_the_orders_of_the_effort_and_they_can_be_taken_off() {
+    let turns = 40.0 / 144.0;
+    let efforts = [stroke(false, turns, 0.0, 1), stroke(true, turns, 0.0, 2)];
+    let spectrum = Spectrum::new(&efforts, &settings(turns)).expect("strokes");
+    let mut rates = efforts;
+    for branch in &mut rates {
+        let rate = |a: &f64| 0.035 - 2e-5 * (288.0 * a + 2.0).cos();
+        branch.value = branch.angle_rad.iter().map(rate).collect();
+    }
+    let lines = spectrum.lines_of(&rates, &settings(turns)).expect("strokes");
+    for (harmonic, line) in spectrum.harmonics.iter().zip(&lines) {
+        let is_second = harmonic.at_order_per_rev == 288.0;
+        let truth = if is_second { Complex::from_polar(-2e-5, 2.0) } else { Complex::default() };
+        assert!((line - truth).norm() < 1e-9, "{harmonic:?}: {line}");
+        let left = harmonic.mean.without(1e4 * line);
+        let more = if is_second { 0.2 } else { 0.0 };
+        assert!((left.amplitude - harmonic.mean.amplitude - more).abs() < 1e-4, "{left:?}");
+        assert!((left.phase_rad - harmonic.mean.phase_rad).abs() < 1e-4 && left.u == harmonic.mean.u);
+    }
+}

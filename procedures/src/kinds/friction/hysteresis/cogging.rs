@@ -7,6 +7,7 @@ use analysis::cogging::{Amplitude, Branch, Harmonic, Settings, Spectrum};
 use analysis::derivative::Differentiator;
 use analysis::estimate::Estimate;
 use analysis::uncertainty::{Component, combine};
+use nalgebra::Complex;
 
 use super::point::{Cogging, Finding, SlidingPoint};
 use super::strokes::Maps;
@@ -29,7 +30,7 @@ const MOST_ORDER: f64 = 256.0;
 /// The cogging line is looked for between these multiples of the expected order.
 const NEAR: [f64; 2] = [0.7, 1.4];
 /// Estimator and version.
-const ESTIMATOR: &str = "cogging-spectrum/1";
+const ESTIMATOR: &str = "cogging-spectrum/2";
 /// Error of the encoder once per revolution, amplitude: POS-ACC allows 75 urad between its ends. It stretches the angle by as much
 /// relative to it, and shifts it; half-width of a rectangular distribution.
 const ENCODER_ERROR_RAD: f64 = 37.5e-6;
@@ -67,6 +68,16 @@ fn spectrum(maps: &Maps, grid: &Grid, most_order_per_rev: f64) -> Option<Spectru
     if grid.periods_count < LEAST_PERIODS || grid.bins_per_period_count < LEAST_BINS {
         return None;
     }
+    Spectrum::new(&branches(maps, grid), &settings(grid, most_order_per_rev))
+}
+
+/// What the rate has at the harmonics of the effort, rad/s; nothing where strokes are too short.
+pub(super) fn lines_of(spectrum: &Spectrum, rates: &Maps, grid: &Grid) -> Vec<Complex<f64>> {
+    // The harmonics are given: the highest order to look at is of no account.
+    spectrum.lines_of(&branches(rates, grid), &settings(grid, 0.0)).unwrap_or_default()
+}
+
+fn branches(maps: &Maps, grid: &Grid) -> Vec<Branch> {
     let branch = |reverse: bool, map: &Vec<f64>| Branch {
         reverse,
         angle_rad: grid.centres_rad(),
@@ -74,29 +85,58 @@ fn spectrum(maps: &Maps, grid: &Grid, most_order_per_rev: f64) -> Option<Spectru
         weight: vec![1.0; map.len()],
     };
     let forward = maps.forward.iter().map(|m| branch(false, m));
-    let branches: Vec<Branch> = forward.chain(maps.reverse.iter().map(|m| branch(true, m))).collect();
-    let settings = Settings {
+    forward.chain(maps.reverse.iter().map(|m| branch(true, m))).collect()
+}
+
+fn settings(grid: &Grid, most_order_per_rev: f64) -> Settings {
+    Settings {
         span_rad: grid.span_rad(),
         full_turn: false,
         most_order_per_rev,
         bin_width_rad: grid.width_rad(),
-    };
-    Spectrum::new(&branches, &settings)
+    }
 }
 
 /// A point with its spectrum.
 pub(super) struct WithSpectrum<'a> {
     pub(super) point: &'a SlidingPoint,
     pub(super) cogging: &'a Cogging,
+    /// Change of friction with velocity about that of the point, as far as other points show it.
+    slope: Slope,
+}
+
+/// How friction changes with velocity, N·m·s/rad (or A·s/rad).
+#[derive(Clone, Copy, Debug)]
+enum Slope {
+    /// Between this point and the next faster one.
+    Chord(f64),
+    /// Unknown, but not more than if all friction were viscous.
+    Below(f64),
+}
+
+impl Slope {
+    fn new(point: &SlidingPoint, points: &[&SlidingPoint]) -> Self {
+        let rate_and_effort = |p: &SlidingPoint| Some([p.achieved_rad_per_s?, p.friction?.effort]);
+        let Some([own_rad_per_s, own_effort]) = rate_and_effort(point) else { return Self::Below(0.0) };
+        let faster = points.iter().filter(|p| p.kind == point.kind).filter_map(|p| rate_and_effort(p));
+        let next = faster
+            .filter(|[rad_per_s, _]| *rad_per_s > 1.1 * own_rad_per_s)
+            .min_by(|a, b| a[0].total_cmp(&b[0]));
+        match next {
+            Some([rad_per_s, effort]) => Self::Chord((effort - own_effort) / (rad_per_s - own_rad_per_s)),
+            None => Self::Below(own_effort / own_rad_per_s),
+        }
+    }
 }
 
 /// The slowest point with a spectrum (a static map counts as slowest).
 pub(super) fn slowest<'a>(points: &[&'a SlidingPoint]) -> Option<WithSpectrum<'a>> {
     let speed = |found: &WithSpectrum<'_>| found.point.achieved_rad_per_s.unwrap_or(0.0);
-    points
-        .iter()
-        .filter_map(|&point| Some(WithSpectrum { point, cogging: point.cogging.as_ref()? }))
-        .min_by(|a, b| speed(a).total_cmp(&speed(b)))
+    let with_spectrum = |&point: &&'a SlidingPoint| {
+        let cogging = point.cogging.as_ref()?;
+        Some(WithSpectrum { point, cogging, slope: Slope::new(point, points) })
+    };
+    points.iter().filter_map(with_spectrum).min_by(|a, b| speed(a).total_cmp(&speed(b)))
 }
 
 /// Measurements from the slowest point that has a spectrum.
@@ -132,7 +172,7 @@ impl WithSpectrum<'_> {
                 Measurement::inconclusive(amplitude_name, axis, kind, ESTIMATOR, reason),
             ];
         };
-        let amplitude = self.estimate(&line.mean);
+        let amplitude = self.estimate(&self.motor_line(line));
         let stretched = ENCODER_ERROR_RAD * line.order_per_rev / 3_f64.sqrt();
         let order =
             Estimate { value: line.order_per_rev, u: line.order_u_per_rev.hypot(stretched), ..amplitude };
@@ -151,7 +191,7 @@ impl WithSpectrum<'_> {
     fn harmonics(&self, axis: &str) -> Vec<Measurement> {
         let mut all = Vec::new();
         for harmonic in &self.cogging.spectrum.harmonics {
-            all.extend(self.line(axis, harmonic, &harmonic.mean, None));
+            all.extend(self.line(axis, harmonic, &self.motor_line(harmonic), None));
             if self.cogging.static_map {
                 let forward = harmonic.forward.iter();
                 all.extend(forward.flat_map(|a| self.line(axis, harmonic, a, Some(1.0))));
@@ -192,6 +232,22 @@ impl WithSpectrum<'_> {
                 m
             },
         )
+    }
+
+    /// The amplitude of the motor's line. Cogging makes the rate ripple, and friction follows the rate: its ripple, which the mean
+    /// of both directions still has, is taken off as far as the slope of friction is known, and counts with all of its size.
+    fn motor_line(&self, harmonic: &Harmonic) -> Amplitude {
+        let harmonics = &self.cogging.spectrum.harmonics;
+        let index = harmonics.iter().position(|h| h.at_order_per_rev == harmonic.at_order_per_rev);
+        let rate = index.and_then(|k| self.cogging.rate_lines_rad_per_s.get(k)).copied().unwrap_or_default();
+        let (known, size) = match self.slope {
+            Slope::Chord(slope) => (slope * rate, slope.abs() * rate.norm()),
+            Slope::Below(most) => (Complex::default(), most * rate.norm()),
+        };
+        let left = harmonic.mean.without(known);
+        let spread =
+            combine(&[Component { u: left.u, dof: left.dof }, Component::known(size / 3_f64.sqrt())]);
+        Amplitude { u: spread.u, dof: spread.dof, ..left }
     }
 
     fn estimate(&self, amplitude: &Amplitude) -> Estimate {

@@ -13,6 +13,7 @@ use analysis::estimate::Estimate;
 use analysis::even_rows::EvenRows;
 use analysis::gravity::HalfSum;
 use analysis::uncertainty::{Component, combine};
+use nalgebra::Complex;
 
 use super::{FRICTION, FRICTION_CURRENT, cogging, evenness, pictures, strokes, sweep};
 use crate::axis::{Axes, AxisLimits, TorqueScale};
@@ -78,6 +79,8 @@ pub(super) struct Friction {
 #[derive(Debug)]
 pub(super) struct Cogging {
     pub(super) spectrum: Spectrum,
+    /// What the rate has at each of its harmonics, rad/s; empty for a static map.
+    pub(super) rate_lines_rad_per_s: Vec<Complex<f64>>,
     /// Whether the spectrum is that of a static map.
     pub(super) static_map: bool,
     /// Largest relative error of J·α at the cogging order.
@@ -105,6 +108,8 @@ pub(super) struct Finding {
     /// Periods at the low and at the high end of the half-sum that do not count for unbalance and spring.
     pub(super) unsettled_counts: [usize; 2],
     pub(super) spectrum: Option<Spectrum>,
+    /// See [`Cogging::rate_lines_rad_per_s`].
+    pub(super) rate_lines_rad_per_s: Vec<Complex<f64>>,
     /// Whether the spectrum is that of a static map.
     pub(super) static_map: bool,
     /// Whether only one direction was recorded.
@@ -178,6 +183,7 @@ fn sliding_point(case: &Case, record: &Record<'_>, finding: Finding, friction: &
     let points_count = finding.forward.effort.len() + finding.reverse.effort.len();
     let cogging = finding.spectrum.map(|spectrum| Cogging {
         spectrum,
+        rate_lines_rad_per_s: finding.rate_lines_rad_per_s,
         static_map: finding.static_map,
         gain_error_ratio: finding.gain_error_ratio,
         points_count,

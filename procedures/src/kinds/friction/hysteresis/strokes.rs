@@ -202,6 +202,10 @@ fn evaluate(ran: &Ran<'_>, limits: &AxisLimits, finding: &mut Finding) -> Result
     let settled = settled_periods(ran, &grid);
     finding.unsettled_counts = [settled.start, grid.periods_count - settled.end];
     cogging::add_of_strokes(&maps, &grid, ran.velocity_rad_per_s, &differentiator, limits, finding);
+    if let Some(spectrum) = &finding.spectrum {
+        let rates = differentiator.velocity(&ran.record.angle_rad).ok_or(FrictionReason::StrokesTooShort)?;
+        finding.rate_lines_rad_per_s = cogging::lines_of(spectrum, &binned(ran, &rates, &grid)?, &grid);
+    }
     Ok(())
 }
 
@@ -272,7 +276,7 @@ fn reduce(maps: &Maps, grid: &Grid, finding: &mut Finding) {
     finding.reverse = curve(reverse);
 }
 
-/// Binned effort of all strokes, by direction.
+/// Something over the bins of the angle, effort mostly, of all strokes, by direction.
 pub(super) struct Maps {
     pub(super) forward: Vec<Vec<f64>>,
     pub(super) reverse: Vec<Vec<f64>>,
@@ -284,18 +288,21 @@ fn maps(
     grid: &Grid,
     differentiator: &Differentiator,
 ) -> Result<Maps, Reason> {
-    let all = ran.rows.clone();
-    let mut effort = ran.record.motor(all.clone());
+    let mut effort = ran.record.motor(ran.rows.clone());
     if ran.record.kind == Q::Torque {
         let acceleration = differentiator
-            .acceleration(&ran.record.angle_rad[all.clone()])
+            .acceleration(&ran.record.angle_rad[ran.rows.clone()])
             .ok_or(FrictionReason::StrokesTooShort)?;
         effort.iter_mut().zip(acceleration).for_each(|(e, a)| *e -= limits.inertia_kg_m2 * a);
     }
+    binned(ran, &effort, grid)
+}
+
+/// Means of one value a row over the bins of the grid, stroke by stroke.
+fn binned(ran: &Ran<'_>, values: &[f64], grid: &Grid) -> Result<Maps, Reason> {
     let mut maps = Maps { forward: Vec::new(), reverse: Vec::new() };
     for SteadyStroke { reverse, rows, .. } in &ran.steady {
-        let effort = &effort[rows.start - all.start..rows.end - all.start];
-        let map = bin_means(&ran.record.angle_rad[rows.clone()], effort, grid)
+        let map = bin_means(&ran.record.angle_rad[rows.clone()], &values[rows.clone()], grid)
             .ok_or(FrictionReason::StrokeNotCovering)?;
         if *reverse { maps.reverse.push(map) } else { maps.forward.push(map) }
     }

@@ -68,6 +68,38 @@ fn what_a_stroke_begins_with_is_no_unbalance_of_elevation() {
     }
 }
 
+/// The rate ripples against the second line of cogging, as the loop lets it, and friction with the rate: by 3 % of the line.
+#[test]
+fn the_ripple_of_friction_with_the_rate_is_no_cogging() {
+    let truth = elevation();
+    let text = "[sweep]\nvelocity = [\"5 deg/s\", \"10 deg/s\"]\nspan = \"-8 deg .. 88 deg\"\ncycles = 2\n";
+    let [order, amplitude_nm, phase_rad] = truth.cogging[1];
+    let slope_nm_s_per_rad = (truth.friction_nm(0.088) - truth.friction_nm(0.086)) / 0.002;
+    let ripple_rad_per_s = 0.03 * amplitude_nm / slope_nm_s_per_rad;
+    let found = run_spoiled(text, &truth, RATE_HZ, 4, |window| {
+        for rows in &mut window.topics {
+            let angles = rows.columns[0].clone();
+            for k in 20..angles.len() - 20 {
+                let rate_rad_per_s = (angles[k + 20] - angles[k - 20]) / (40.0 / RATE_HZ);
+                if (rate_rad_per_s.abs() / 5_f64.to_radians() - 1.0).abs() > 0.01 {
+                    continue;
+                }
+                let (sin, cos) = (order * angles[k] + phase_rad).sin_cos();
+                let passes_rad_per_s = order * rate_rad_per_s;
+                rows.columns[0][k] -= ripple_rad_per_s / passes_rad_per_s * sin;
+                let inertial_nm = truth.inertia_kg_m2 * ripple_rad_per_s * passes_rad_per_s * sin;
+                let friction_nm = -slope_nm_s_per_rad * ripple_rad_per_s * cos;
+                rows.columns[1][k] += (inertial_nm + friction_nm) / truth.torque_constant_nm_per_a;
+            }
+        }
+    });
+    let mut lines = found.measurements.iter().filter(|m| m.measurand == "cogging-harmonic");
+    let second = lines.next_back().expect("two lines");
+    assert_eq!(second.conditions.last().map(|c| c.requested), Some(order));
+    near(second, amplitude_nm, 0.01);
+    assert!(second.u < 0.02 * amplitude_nm, "{second:?}");
+}
+
 /// At 2 deg/s motion up to 5 Hz counts, and 20 ms are bridged; at 10 deg/s twice the cogging frequency of 4 Hz counts, and 12.5 ms are.
 #[test]
 fn rows_that_a_stall_cuts_out_of_a_stroke_are_bridged_and_flagged_or_leave_no_friction() {
