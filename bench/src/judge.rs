@@ -101,6 +101,7 @@ pub fn judge_log(
     let mut plan = reader.plan().clone();
     let procedure = attached_procedure(&reader, file)?;
     let state = attached_state(&reader, file)?;
+    let axes = plan.axes.clone();
     known.put_into(&mut plan, state.is_none());
     let mut points = Points::new(&plan.cases);
     let mut safe = SafetyFindings::default();
@@ -110,7 +111,8 @@ pub fn judge_log(
         known::take_heat(&mut heat_sinks_degc, &plan.axes, &window);
         let Some(case) = points.case_of(&window) else { continue };
         lateness.extend(lateness::of_point(file, &case.point, plan.loop_rate_hz, &window));
-        let mut result = procedure.analyse(case, &window, &plan.axes, plan.loop_rate_hz);
+        let axes = known.axes_of(&axes, case, state.is_none());
+        let mut result = procedure.analyse(case, &window, &axes, plan.loop_rate_hz);
         result.point.clone_from(&case.point);
         safety::take(&mut safe, &case.point, &window);
         let reason = trip_or_reason(&window, &result);

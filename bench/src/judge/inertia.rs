@@ -39,6 +39,13 @@ pub(super) struct Inertias {
 }
 
 impl Inertias {
+    /// One inertia of one axis, measured at one elevation.
+    #[cfg(test)]
+    pub(super) fn one(axis: &str, elevation_rad: f64, kg_m2: f64, u_kg_m2: f64) -> Self {
+        let found = Apparent { elevation_rad, kg_m2, u_kg_m2 };
+        Self { by_axis: BTreeMap::from([(axis.to_owned(), vec![found])]), ..Self::default() }
+    }
+
     /// What these logs found in the final build state: an earlier one has its own inertias.
     pub(super) fn found(judged: &[Option<JudgedLog>]) -> Self {
         let logs: Vec<&JudgedLog> =
@@ -63,11 +70,17 @@ impl Inertias {
         found
     }
 
-    /// The best known inertia of an axis at an elevation; what was measured at another one is known less well.
-    pub(super) fn best_at(&self, axis: &str, is_outer: bool, elevation_rad: Option<f64>) -> Option<Apparent> {
+    /// The best known inertia of an axis where elevation lies within `range_rad`; what was measured at other elevations is known less
+    /// well.
+    pub(super) fn best_over(
+        &self,
+        axis: &str,
+        is_outer: bool,
+        range_rad: Option<[f64; 2]>,
+    ) -> Option<Apparent> {
         let per_rad = if is_outer { OUTER_PER_RAD } else { INNER_PER_RAD };
         let here = |a: &Apparent| {
-            let away_rad = elevation_rad.map_or(0.0, |here_rad| (a.elevation_rad - here_rad).abs());
+            let away_rad = range_rad.map_or(0.0, |range_rad| mean_distance_rad(range_rad, a.elevation_rad));
             let of_pose = per_rad / 3_f64.sqrt() * away_rad * a.kg_m2;
             Apparent { u_kg_m2: a.u_kg_m2.hypot(of_pose), ..a.clone() }
         };
@@ -82,7 +95,7 @@ impl Inertias {
 
     /// The disagreement of an inertia by pulses with the responses of the same axis.
     fn doubt(&self, axis: &str, is_outer: bool, pulses: &Apparent) -> Option<String> {
-        let response = self.best_at(axis, is_outer, Some(pulses.elevation_rad))?;
+        let response = self.best_over(axis, is_outer, Some([pulses.elevation_rad; 2]))?;
         let apart_u = (response.kg_m2 - pulses.kg_m2).abs() / response.u_kg_m2.hypot(pulses.u_kg_m2);
         let text = |value| QuantityKind::Inertia.format(value);
         (apart_u > MOST_U || apart_u.is_nan()).then(|| {
@@ -95,6 +108,16 @@ impl Inertias {
                 text(response.u_kg_m2)
             )
         })
+    }
+}
+
+/// Mean distance of a range from an angle, over the range.
+fn mean_distance_rad([low_rad, high_rad]: [f64; 2], from_rad: f64) -> f64 {
+    let [below_rad, above_rad] = [from_rad - low_rad, high_rad - from_rad];
+    if below_rad > 0.0 && above_rad > 0.0 {
+        0.5 * (below_rad * below_rad + above_rad * above_rad) / (below_rad + above_rad)
+    } else {
+        0.5 * (above_rad - below_rad).abs()
     }
 }
 
@@ -127,14 +150,32 @@ mod tests {
             apparent(60.0, 1238.0, 12.0),
         ]);
         let at = |elevation_deg: f64| {
-            all.best_at("az", true, Some(elevation_deg.to_radians())).expect("three were measured")
+            all.best_over("az", true, Some([elevation_deg.to_radians(); 2])).expect("three were measured")
         };
         assert_eq!((at(0.0).kg_m2, at(0.0).u_kg_m2), (1121.0, 10.0));
         assert_eq!((at(60.0).kg_m2, at(60.0).u_kg_m2), (1240.0, 10.0));
         // 0.18 of 1240 over 30 deg, rectangular: 67 kg*m^2; it lies between.
         let between = at(30.0);
         assert!((between.u_kg_m2 - 61.0).abs() < 8.0, "{between:?}");
-        assert!(all.best_at("el", false, None).is_none());
+        assert!(all.best_over("el", false, None).is_none());
+    }
+
+    /// Strokes over -8 … 88 deg are 24 deg from their middle on average, and 48 deg from either end.
+    #[test]
+    fn over_a_span_an_inertia_is_less_certain_even_if_it_was_measured_in_its_middle() {
+        let span_rad = [-8_f64, 88.0].map(f64::to_radians);
+        let u_ratio = |elevation_deg: f64| {
+            let all = vec![apparent(elevation_deg, 980.0, 0.0)];
+            let elevation =
+                Inertias { by_axis: BTreeMap::from([("el".to_owned(), all)]), ..Inertias::default() };
+            elevation.best_over("el", false, Some(span_rad)).expect("it was measured").u_kg_m2 / 980.0
+        };
+        let per_deg = INNER_PER_RAD / 3_f64.sqrt() * 1_f64.to_radians();
+        for (elevation_deg, mean_deg) in
+            [(40.0, 24.0), (-8.0, 48.0), (88.0, 48.0), (-10.0, 50.0), (0.0, 40.67)]
+        {
+            assert!((u_ratio(elevation_deg) / per_deg - mean_deg).abs() < 0.01, "{elevation_deg} deg");
+        }
     }
 
     #[test]

@@ -13,6 +13,7 @@ use procedures::log::{Plan, Window};
 use procedures::measurement::Measurement;
 use procedures::quantity::QuantityKind;
 use procedures::requirement::Requirements;
+use procedures::stimulus::Stimulus;
 use rayon::prelude::*;
 
 use super::inertia::Inertias;
@@ -78,16 +79,34 @@ impl Known {
         known
     }
 
-    /// Lets the axes of a plan be judged by them. Inertias are those of the final build state: an earlier one has its own.
+    /// Lets what a plan's points have in common be judged by them: of the inertias over their motions the least certain one.
     pub(super) fn put_into(&self, plan: &mut Plan, is_final_state: bool) {
-        let gimbal = plan.axes.gimbal().ok();
-        let elevation_rad = gimbal.and_then(|g| middle_rad(&plan.cases, &g.inner.name));
+        let Some((first, others)) = plan.cases.split_first() else { return };
+        let mut axes = self.axes_of(&plan.axes, first, is_final_state);
+        for case in others {
+            let here = self.axes_of(&plan.axes, case, is_final_state);
+            for axis in axes.all_mut() {
+                let other = here.get(&axis.name).filter(|o| o.inertia_u_ratio > axis.limits.inertia_u_ratio);
+                if let Some(other) = other {
+                    axis.limits.clone_from(other);
+                }
+            }
+        }
+        plan.axes = axes;
+    }
+
+    /// The axes as well as they are known over the motion of a point. Inertias are those of the final build state: an earlier one has
+    /// its own.
+    pub(super) fn axes_of(&self, axes: &Axes, case: &Case, is_final_state: bool) -> Axes {
+        let mut axes = axes.clone();
+        let gimbal = axes.gimbal().ok();
+        let elevation_rad = gimbal.and_then(|g| motion_rad(case, &g.inner.name));
         let outer = gimbal.map(|g| g.outer.name.clone());
-        for axis in plan.axes.all_mut() {
+        for axis in axes.all_mut() {
             let limits = &mut axis.limits;
             limits.measured_constant = self.constants.get(&axis.name).map(|found| found.constant.clone());
             let is_outer = outer.as_ref() == Some(&axis.name);
-            let found = self.inertias.best_at(&axis.name, is_outer, elevation_rad);
+            let found = self.inertias.best_over(&axis.name, is_outer, elevation_rad);
             if let Some(best) = found.filter(|_| is_final_state) {
                 limits.inertia_kg_m2 = limits.torque_ratio() * best.kg_m2;
                 limits.inertia_u_ratio = best.u_kg_m2 / best.kg_m2;
@@ -96,6 +115,7 @@ impl Known {
                 limits.inertia_kg_m2 *= 1.0 + limits.inertia_u_ratio;
             }
         }
+        axes
     }
 
     /// What the report says of torques that follow a measured constant, one sentence an axis.
@@ -126,15 +146,28 @@ impl Known {
     }
 }
 
-/// The middle of where the points of a plan have an axis: what it shows over its motion belongs there.
-fn middle_rad(cases: &[Case], axis: &str) -> Option<f64> {
-    let mut range: Option<[f64; 2]> = None;
-    for case in cases {
-        let Some(&pose_rad) = case.start_pose_rad.get(axis) else { continue };
-        let own = if case.axis == axis { case.envelope().position_rad } else { [pose_rad; 2] };
-        range = Some(range.map_or(own, |[low, high]| [low.min(own[0]), high.max(own[1])]));
+/// Where a point has an axis while it measures: over its strokes, else where its last move ends, else where it starts.
+fn motion_rad(case: &Case, axis: &str) -> Option<[f64; 2]> {
+    let start_rad = *case.start_pose_rad.get(axis)?;
+    let mut range = [start_rad; 2];
+    if case.axis != axis {
+        return Some(range);
     }
-    range.map(|[low, high]| 0.5 * (low + high))
+    let mut has_strokes = false;
+    for segment in &case.segments {
+        match segment.stimulus {
+            Stimulus::Reversals { from_rad, to_rad, .. } => {
+                let own = [from_rad.min(to_rad), from_rad.max(to_rad)];
+                range = if has_strokes { [range[0].min(own[0]), range[1].max(own[1])] } else { own };
+                has_strokes = true;
+            }
+            Stimulus::Move { target_rad, .. } | Stimulus::Step { target_rad } if !has_strokes => {
+                range = [target_rad; 2];
+            }
+            _ => {}
+        }
+    }
+    Some(range)
 }
 
 fn constant(measurements: &[Measurement]) -> Option<MeasuredConstant> {
@@ -217,30 +250,70 @@ fn add_inertia(log: &mut JudgedLog, other: &JudgedLog, inertias: &Inertias, requ
 #[cfg(test)]
 mod tests {
     use procedures::case::{Mode, Segment};
-    use procedures::stimulus::{ProfileLimits, Stimulus};
+    use procedures::stimulus::ProfileLimits;
 
     use super::*;
+    use crate::files::rig::read_rig;
+    use crate::files::shipped::{self, Folder};
 
-    /// Strokes of elevation pass the whole travel: an inertia that was measured at one end of it is not that of the strokes.
-    #[test]
-    fn what_an_axis_shows_over_its_motion_belongs_to_the_middle_of_it_and_not_to_where_it_starts() {
-        let limits =
-            ProfileLimits { velocity_rad_per_s: 0.1, acceleration_rad_per_s2: 1.0, jerk_rad_per_s3: 10.0 };
-        let strokes = Stimulus::Reversals { from_rad: -0.1, to_rad: 1.5, limits, cycles: 1 };
-        let case = |axis: &str, elevation_rad: f64, stimulus: Stimulus| Case {
+    const LIMITS: ProfileLimits =
+        ProfileLimits { velocity_rad_per_s: 0.1, acceleration_rad_per_s2: 1.0, jerk_rad_per_s3: 10.0 };
+
+    fn case(axis: &str, elevation_rad: f64, stimuli: &[Stimulus]) -> Case {
+        let segment = |stimulus: &Stimulus| Segment {
+            stimulus: stimulus.clone(),
+            ..Segment::hold("any", Mode::Position, 60.0)
+        };
+        Case {
             axis: axis.to_owned(),
             start_pose_rad: BTreeMap::from([("az".to_owned(), 2.0), ("el".to_owned(), elevation_rad)]),
-            segments: vec![Segment { stimulus, ..Segment::hold("strokes", Mode::Position, 60.0) }],
+            segments: stimuli.iter().map(segment).collect(),
             ..Case::default()
+        }
+    }
+
+    #[test]
+    fn a_point_has_its_axis_where_its_strokes_are_or_its_last_move_ends_and_the_other_axis_where_it_starts() {
+        let approach = Stimulus::Move { target_rad: 0.9, limits: LIMITS };
+        let strokes = Stimulus::Reversals { from_rad: 1.5, to_rad: 1.1, limits: LIMITS, cycles: 1 };
+        let back = Stimulus::Move { target_rad: 0.0, limits: LIMITS };
+        let of_elevation = |stimuli: &[Stimulus]| motion_rad(&case("el", 0.2, stimuli), "el");
+        assert_eq!(of_elevation(&[approach.clone(), strokes.clone(), back]), Some([1.1, 1.5]));
+        assert_eq!(of_elevation(&[approach]), Some([0.9; 2]));
+        assert_eq!(of_elevation(&[]), Some([0.2; 2]));
+        assert_eq!(motion_rad(&case("az", 0.2, &[strokes]), "el"), Some([0.2; 2]));
+        assert_eq!(motion_rad(&case("az", 0.2, &[]), "roll"), None);
+    }
+
+    /// Inertia of elevation is known at 0 deg, to 1 %: at 80 deg to 4 %, and there the points together begin.
+    #[test]
+    fn each_point_is_judged_by_the_inertia_where_it_is_and_all_together_by_the_least_certain_one() {
+        let rig = shipped::find(Folder::Rigs, "sim", None).and_then(read_rig).expect("the shipped rig");
+        let cases = [0.0, 80.0, 40.0].map(|deg: f64| case("el", deg.to_radians(), &[])).to_vec();
+        let mut plan = Plan {
+            schema: 1,
+            procedure: "ANY".to_owned(),
+            axis: "el".to_owned(),
+            seed: 1,
+            loop_rate_hz: 4000.0,
+            log_rate_hz: 250.0,
+            command_delay_ticks: 0,
+            axes: rig.limits(),
+            cases,
+            mode: "simulated".to_owned(),
         };
-        let near =
-            |found: Option<f64>, wanted_rad: f64| found.is_some_and(|x| (x - wanted_rad).abs() < 1e-12);
-        let elevation = [case("el", -0.1, strokes.clone())];
-        assert!(near(middle_rad(&elevation, "el"), 0.7), "{:?}", middle_rad(&elevation, "el"));
-        // The other axis moves: elevation is where it stands, in the middle of all points.
-        let azimuth = [0.3, 0.5, 0.9].map(|elevation_rad| case("az", elevation_rad, strokes.clone()));
-        assert!(near(middle_rad(&azimuth[..1], "el"), 0.3) && near(middle_rad(&azimuth, "el"), 0.6));
-        assert_eq!(middle_rad(&azimuth, "roll"), None);
+        let known = Known { inertias: Inertias::one("el", 0.0, 1000.0, 10.0), ..Known::default() };
+        let shipped_u = plan.axes.get("el").expect("elevation").inertia_u_ratio;
+        let u_ratio = |axes: &Axes| axes.get("el").expect("elevation").inertia_u_ratio;
+        let each = plan.cases.iter().map(|case| u_ratio(&known.axes_of(&plan.axes, case, true)));
+        let each: Vec<f64> = each.collect();
+        assert!((each[0] - 0.01).abs() < 1e-12 && each[0] < each[2] && each[2] < each[1], "{each:?}");
+        known.put_into(&mut plan, true);
+        let limits = plan.axes.get("el").expect("elevation");
+        assert_eq!((limits.inertia_u_ratio, limits.inertia_kg_m2), (each[1], 1000.0));
+        // In an earlier build state the rig file alone tells.
+        let earlier = known.axes_of(&rig.limits(), &plan.cases[0], false);
+        assert_eq!(u_ratio(&earlier), shipped_u);
     }
 
     #[test]

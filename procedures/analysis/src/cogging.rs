@@ -63,6 +63,15 @@ pub struct Harmonic {
     pub reverse: Option<Amplitude>,
 }
 
+/// What another quantity has at the order of a harmonic.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Beside {
+    /// Complex amplitude `a·e^{iφ}` of `a·cos(order·θ + φ)`, mean of both directions.
+    pub mean: Complex<f64>,
+    /// Larger amplitude of a single direction: in the mean some of it may cancel.
+    pub largest: f64,
+}
+
 /// The spectrum of both directions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spectrum {
@@ -111,9 +120,8 @@ impl Spectrum {
         Some(Self { order_per_rev: grid.orders, amplitude, harmonics })
     }
 
-    /// What another quantity of the same strokes has at each harmonic, as complex amplitudes `a·e^{iφ}` of `a·cos(order·θ + φ)`,
-    /// mean of both directions; `None` if a branch is too short.
-    pub fn lines_of(&self, branches: &[Branch], settings: &Settings) -> Option<Vec<Complex<f64>>> {
+    /// What another quantity of the same strokes has at the order of each harmonic; `None` if a branch is too short.
+    pub fn beside(&self, branches: &[Branch], settings: &Settings) -> Option<Vec<Beside>> {
         let orders: Vec<f64> = self.harmonics.iter().map(|h| h.at_order_per_rev).collect();
         let mut forward = Vec::new();
         let mut reverse = Vec::new();
@@ -124,7 +132,12 @@ impl Spectrum {
         let line = |(k, order): (usize, &f64)| {
             let [forward, reverse] =
                 [&forward, &reverse].map(|strokes| strokes.iter().map(|s| s[k]).collect::<Vec<_>>());
-            mean_of_strokes(&forward, &reverse) / smear(*order, settings)
+            let gain = smear(*order, settings);
+            let single = [mean_of_strokes(&forward, &[]), mean_of_strokes(&[], &reverse)].map(|c| c.norm());
+            Beside {
+                mean: mean_of_strokes(&forward, &reverse) / gain,
+                largest: single[0].max(single[1]) / gain,
+            }
         };
         Some(orders.iter().enumerate().map(line).collect())
     }
@@ -137,9 +150,9 @@ impl Spectrum {
 }
 
 impl Amplitude {
-    /// The amplitude without a part of it, with the same uncertainty.
+    /// The amplitude less a part of it, with the same uncertainty.
     #[must_use]
-    pub fn without(&self, part: Complex<f64>) -> Self {
+    pub fn less(&self, part: Complex<f64>) -> Self {
         let left = Complex::from_polar(self.amplitude, self.phase_rad) - part;
         Self { amplitude: left.norm(), phase_rad: left.arg(), ..*self }
     }

@@ -113,25 +113,37 @@ fn strokes_that_disagree_widen_u() {
     assert!(u(&wild) > 50.0 * u(&calm), "{} against {}", u(&wild), u(&calm));
 }
 
-/// Rates of both directions whose lines are in phase over the angle, beside efforts with the same orders.
+/// Means over bins; the ripple of the rate lags behind the effort in time, which is the other way round over the angle in reverse.
 #[test]
 fn another_quantity_has_its_own_lines_at_the_orders_of_the_effort_and_they_can_be_taken_off() {
     let turns = 40.0 / 144.0;
-    let efforts = [stroke(false, turns, 0.0, 1), stroke(true, turns, 0.0, 2)];
-    let spectrum = Spectrum::new(&efforts, &settings(turns)).expect("strokes");
+    let width = TAU / 144.0 / 16.0;
+    let binned = |amplitude: f64, order: f64, phase: f64, angle: f64| {
+        let half = order * width / 2.0;
+        amplitude * (order * angle + phase).cos() * half.sin() / half
+    };
+    let mut efforts = [stroke(false, turns, 0.0, 1), stroke(true, turns, 0.0, 2)];
+    for branch in &mut efforts {
+        let effort = |a: &f64| TRUTH.iter().map(|(o, c, p)| binned(*c, *o, *p, *a)).sum();
+        branch.value = branch.angle_rad.iter().map(effort).collect();
+    }
+    let settings = Settings { bin_width_rad: width, ..settings(turns) };
+    let spectrum = Spectrum::new(&efforts, &settings).expect("strokes");
     let mut rates = efforts;
     for branch in &mut rates {
-        let rate = |a: &f64| 0.035 - 2e-5 * (288.0 * a + 2.0).cos();
+        let lag = if branch.reverse { -0.7 } else { 0.7 };
+        let rate = |a: &f64| 0.035 + binned(-2e-5, 288.0, 2.0 + lag, *a);
         branch.value = branch.angle_rad.iter().map(rate).collect();
     }
-    let lines = spectrum.lines_of(&rates, &settings(turns)).expect("strokes");
+    let lines = spectrum.beside(&rates, &settings).expect("strokes");
+    assert_eq!(lines.len(), TRUTH.len());
     for (harmonic, line) in spectrum.harmonics.iter().zip(&lines) {
         let is_second = harmonic.at_order_per_rev == 288.0;
-        let truth = if is_second { Complex::from_polar(-2e-5, 2.0) } else { Complex::default() };
-        assert!((line - truth).norm() < 1e-9, "{harmonic:?}: {line}");
-        let left = harmonic.mean.without(1e4 * line);
-        let more = if is_second { 0.2 } else { 0.0 };
-        assert!((left.amplitude - harmonic.mean.amplitude - more).abs() < 1e-4, "{left:?}");
+        let [mean, largest] = if is_second { [-2e-5 * 0.7_f64.cos(), 2e-5] } else { [0.0; 2] };
+        assert!((line.mean - Complex::from_polar(mean, 2.0)).norm() < 1e-9, "{harmonic:?}: {line:?}");
+        assert!((line.largest - largest).abs() < 1e-9, "{harmonic:?}: {line:?}");
+        let left = harmonic.mean.less(1e4 * line.mean);
+        assert!((left.amplitude - harmonic.mean.amplitude + 1e4 * mean).abs() < 1e-4, "{left:?}");
         assert!((left.phase_rad - harmonic.mean.phase_rad).abs() < 1e-4 && left.u == harmonic.mean.u);
     }
 }

@@ -3,11 +3,10 @@
 use std::f64::consts::TAU;
 
 use analysis::angle_map::Grid;
-use analysis::cogging::{Amplitude, Branch, Harmonic, Settings, Spectrum};
+use analysis::cogging::{Amplitude, Beside, Branch, Harmonic, Settings, Spectrum};
 use analysis::derivative::Differentiator;
 use analysis::estimate::Estimate;
 use analysis::uncertainty::{Component, combine};
-use nalgebra::Complex;
 
 use super::point::{Cogging, Finding, SlidingPoint};
 use super::strokes::Maps;
@@ -71,10 +70,10 @@ fn spectrum(maps: &Maps, grid: &Grid, most_order_per_rev: f64) -> Option<Spectru
     Spectrum::new(&branches(maps, grid), &settings(grid, most_order_per_rev))
 }
 
-/// What the rate has at the harmonics of the effort, rad/s; nothing where strokes are too short.
-pub(super) fn lines_of(spectrum: &Spectrum, rates: &Maps, grid: &Grid) -> Vec<Complex<f64>> {
+/// What the rate has at the harmonics of the effort, rad/s.
+pub(super) fn rates_at(spectrum: &Spectrum, rates: &Maps, grid: &Grid) -> Option<Vec<Beside>> {
     // The harmonics are given: the highest order to look at is of no account.
-    spectrum.lines_of(&branches(rates, grid), &settings(grid, 0.0)).unwrap_or_default()
+    spectrum.beside(&branches(rates, grid), &settings(grid, 0.0))
 }
 
 fn branches(maps: &Maps, grid: &Grid) -> Vec<Branch> {
@@ -101,40 +100,75 @@ fn settings(grid: &Grid, most_order_per_rev: f64) -> Settings {
 pub(super) struct WithSpectrum<'a> {
     pub(super) point: &'a SlidingPoint,
     pub(super) cogging: &'a Cogging,
-    /// Change of friction with velocity about that of the point, as far as other points show it.
     slope: Slope,
 }
 
-/// How friction changes with velocity, N·m·s/rad (or A·s/rad).
-#[derive(Clone, Copy, Debug)]
-enum Slope {
-    /// Between this point and the next faster one.
-    Chord(f64),
-    /// Unknown, but not more than if all friction were viscous.
-    Below(f64),
+/// How friction changes with velocity about that of a point, N·m·s/rad (or A·s/rad).
+#[derive(Clone, Copy, Debug, Default)]
+struct Slope {
+    /// Between this velocity and the next faster one; 0 without one.
+    known: f64,
+    /// How far from it the slope may be.
+    half_width: f64,
 }
 
+/// Where velocities do not show the slope of friction: in the Stribeck region it is not more than this part of friction over
+/// velocity ((T_S − T_C)·δ/e for T_S − T_C up to a fifth of friction and δ up to 3) ...
+const STRIBECK_SHARE: f64 = 0.25;
+/// ... and viscous friction at the largest velocity of the axis is not more than so many times as large (ours; the director's axes
+/// have 1.7 and 2.1 times).
+const VISCOUS_SHARE: f64 = 4.0;
+
 impl Slope {
-    fn new(point: &SlidingPoint, points: &[&SlidingPoint]) -> Self {
-        let rate_and_effort = |p: &SlidingPoint| Some([p.achieved_rad_per_s?, p.friction?.effort]);
-        let Some([own_rad_per_s, own_effort]) = rate_and_effort(point) else { return Self::Below(0.0) };
-        let faster = points.iter().filter(|p| p.kind == point.kind).filter_map(|p| rate_and_effort(p));
-        let next = faster
-            .filter(|[rad_per_s, _]| *rad_per_s > 1.1 * own_rad_per_s)
-            .min_by(|a, b| a[0].total_cmp(&b[0]));
-        match next {
-            Some([rad_per_s, effort]) => Self::Chord((effort - own_effort) / (rad_per_s - own_rad_per_s)),
-            None => Self::Below(own_effort / own_rad_per_s),
+    /// From this point and the two that are next faster, in the order of their velocities.
+    fn new(point: &SlidingPoint, points: &[&SlidingPoint], limits: &AxisLimits) -> Self {
+        let Some(own) = Sliding::new(point) else { return Self::default() };
+        let faster = points.iter().filter(|p| p.kind == point.kind).filter_map(|p| Sliding::new(p));
+        let mut faster: Vec<Sliding> =
+            faster.filter(|p| p.velocity_rad_per_s > 1.1 * own.velocity_rad_per_s).collect();
+        faster.sort_by(|a, b| a.velocity_rad_per_s.total_cmp(&b.velocity_rad_per_s));
+        match &faster[..] {
+            [] => {
+                let of_velocity = STRIBECK_SHARE / own.velocity_rad_per_s;
+                let viscous = VISCOUS_SHARE / limits.max_velocity_rad_per_s;
+                Self { known: 0.0, half_width: own.friction * (of_velocity + viscous) }
+            }
+            [next, others @ ..] => {
+                let [known, u] = own.chord(next);
+                let further = others.first().map_or(0.0, |other| next.chord(other)[0]);
+                Self { known, half_width: known.abs().max(further.abs()) + u }
+            }
         }
     }
 }
 
+/// Friction at a velocity.
+struct Sliding {
+    velocity_rad_per_s: f64,
+    friction: f64,
+    u: f64,
+}
+
+impl Sliding {
+    fn new(point: &SlidingPoint) -> Option<Self> {
+        let velocity_rad_per_s = point.achieved_rad_per_s.filter(|rate| *rate > 0.0)?;
+        let friction = point.friction?;
+        Some(Self { velocity_rad_per_s, friction: friction.effort, u: friction.own_u })
+    }
+
+    /// Slope between this velocity and a faster one, and its standard uncertainty.
+    fn chord(&self, faster: &Self) -> [f64; 2] {
+        let over_rad_per_s = faster.velocity_rad_per_s - self.velocity_rad_per_s;
+        [(faster.friction - self.friction) / over_rad_per_s, self.u.hypot(faster.u) / over_rad_per_s]
+    }
+}
+
 /// The slowest point with a spectrum (a static map counts as slowest).
-pub(super) fn slowest<'a>(points: &[&'a SlidingPoint]) -> Option<WithSpectrum<'a>> {
+pub(super) fn slowest<'a>(points: &[&'a SlidingPoint], limits: &AxisLimits) -> Option<WithSpectrum<'a>> {
     let speed = |found: &WithSpectrum<'_>| found.point.achieved_rad_per_s.unwrap_or(0.0);
     let with_spectrum = |&point: &&'a SlidingPoint| {
         let cogging = point.cogging.as_ref()?;
-        Some(WithSpectrum { point, cogging, slope: Slope::new(point, points) })
+        Some(WithSpectrum { point, cogging, slope: Slope::new(point, points, limits) })
     };
     points.iter().filter_map(with_spectrum).min_by(|a, b| speed(a).total_cmp(&speed(b)))
 }
@@ -172,7 +206,7 @@ impl WithSpectrum<'_> {
                 Measurement::inconclusive(amplitude_name, axis, kind, ESTIMATOR, reason),
             ];
         };
-        let amplitude = self.estimate(&self.motor_line(line));
+        let amplitude = self.estimate(&self.cogging_line(line));
         let stretched = ENCODER_ERROR_RAD * line.order_per_rev / 3_f64.sqrt();
         let order =
             Estimate { value: line.order_per_rev, u: line.order_u_per_rev.hypot(stretched), ..amplitude };
@@ -191,7 +225,7 @@ impl WithSpectrum<'_> {
     fn harmonics(&self, axis: &str) -> Vec<Measurement> {
         let mut all = Vec::new();
         for harmonic in &self.cogging.spectrum.harmonics {
-            all.extend(self.line(axis, harmonic, &self.motor_line(harmonic), None));
+            all.extend(self.line(axis, harmonic, &self.cogging_line(harmonic), None));
             if self.cogging.static_map {
                 let forward = harmonic.forward.iter();
                 all.extend(forward.flat_map(|a| self.line(axis, harmonic, a, Some(1.0))));
@@ -234,19 +268,16 @@ impl WithSpectrum<'_> {
         )
     }
 
-    /// The amplitude of the motor's line. Cogging makes the rate ripple, and friction follows the rate: its ripple, which the mean
-    /// of both directions still has, is taken off as far as the slope of friction is known, and counts with all of its size.
-    fn motor_line(&self, harmonic: &Harmonic) -> Amplitude {
+    /// The line of the cogging alone. Cogging makes the rate ripple, and friction follows the rate: the ripple of friction is in the
+    /// mean of both directions, too. It is taken off as far as the slope of friction is known. What the slope may be off counts with
+    /// the ripple of a single direction, because friction that lags does not cancel as the mean of the rate may.
+    pub(super) fn cogging_line(&self, harmonic: &Harmonic) -> Amplitude {
         let harmonics = &self.cogging.spectrum.harmonics;
         let index = harmonics.iter().position(|h| h.at_order_per_rev == harmonic.at_order_per_rev);
         let rate = index.and_then(|k| self.cogging.rate_lines_rad_per_s.get(k)).copied().unwrap_or_default();
-        let (known, size) = match self.slope {
-            Slope::Chord(slope) => (slope * rate, slope.abs() * rate.norm()),
-            Slope::Below(most) => (Complex::default(), most * rate.norm()),
-        };
-        let left = harmonic.mean.without(known);
-        let spread =
-            combine(&[Component { u: left.u, dof: left.dof }, Component::known(size / 3_f64.sqrt())]);
+        let left = harmonic.mean.less(self.slope.known * rate.mean);
+        let of_slope = Component::known(self.slope.half_width * rate.largest / 3_f64.sqrt());
+        let spread = combine(&[Component { u: left.u, dof: left.dof }, of_slope]);
         Amplitude { u: spread.u, dof: spread.dof, ..left }
     }
 

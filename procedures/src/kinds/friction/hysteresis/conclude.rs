@@ -57,7 +57,7 @@ pub(super) fn conclude(sweep: &Sweep, cases: &[Case], points: &[PointResult], ax
         add_gravity(axis, limits, &sliding, &mut conclusion);
     }
     if sweep.gives_cogging() {
-        let slowest = cogging::slowest(&sliding);
+        let slowest = cogging::slowest(&sliding, limits);
         conclusion.measurements.extend(cogging::measure(axis, limits, slowest.as_ref()));
         conclusion.plots.extend(slowest.as_ref().map(spectrum));
     }

@@ -1,5 +1,7 @@
 //! Pictures: hysteresis loop of a point, friction over velocity, unbalance and spring, cogging.
 
+use analysis::cogging::Amplitude;
+
 use super::cogging::WithSpectrum;
 use super::conclude::{FrictionCurve, SeparatingPoint};
 use super::point::{EffortCurve, Finding, SlidingPoint};
@@ -156,8 +158,9 @@ pub(super) fn spectrum(slowest: &WithSpectrum<'_>) -> Plot {
     let spectrum = &slowest.cogging.spectrum;
     let lines = [&spectrum.order_per_rev[..], &spectrum.amplitude];
     let order = spectrum.harmonics.iter().map(|h| h.at_order_per_rev).collect();
-    let amplitude = spectrum.harmonics.iter().map(|h| h.mean.amplitude).collect();
-    let u = spectrum.harmonics.iter().map(|h| COVERAGE * h.mean.u).collect();
+    let cogging: Vec<Amplitude> = spectrum.harmonics.iter().map(|h| slowest.cogging_line(h)).collect();
+    let amplitude = cogging.iter().map(|line| line.amplitude).collect();
+    let u = cogging.iter().map(|line| COVERAGE * line.u).collect();
     let all = vec![
         Series::thinned("mean of both directions", Style::Bars, lines, MAX_POINTS),
         Series { u, ..series("harmonics, k = 2", Style::Markers, order, amplitude) },

@@ -8,12 +8,11 @@ use std::borrow::Cow;
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
-use analysis::cogging::{Branch, Settings, Spectrum};
+use analysis::cogging::{Beside, Branch, Settings, Spectrum};
 use analysis::estimate::Estimate;
 use analysis::even_rows::EvenRows;
 use analysis::gravity::HalfSum;
 use analysis::uncertainty::{Component, combine};
-use nalgebra::Complex;
 
 use super::{FRICTION, FRICTION_CURRENT, cogging, evenness, pictures, strokes, sweep};
 use crate::axis::{Axes, AxisLimits, TorqueScale};
@@ -80,7 +79,7 @@ pub(super) struct Friction {
 pub(super) struct Cogging {
     pub(super) spectrum: Spectrum,
     /// What the rate has at each of its harmonics, rad/s; empty for a static map.
-    pub(super) rate_lines_rad_per_s: Vec<Complex<f64>>,
+    pub(super) rate_lines_rad_per_s: Vec<Beside>,
     /// Whether the spectrum is that of a static map.
     pub(super) static_map: bool,
     /// Largest relative error of J·α at the cogging order.
@@ -109,7 +108,7 @@ pub(super) struct Finding {
     pub(super) unsettled_counts: [usize; 2],
     pub(super) spectrum: Option<Spectrum>,
     /// See [`Cogging::rate_lines_rad_per_s`].
-    pub(super) rate_lines_rad_per_s: Vec<Complex<f64>>,
+    pub(super) rate_lines_rad_per_s: Vec<Beside>,
     /// Whether the spectrum is that of a static map.
     pub(super) static_map: bool,
     /// Whether only one direction was recorded.

@@ -202,9 +202,11 @@ fn evaluate(ran: &Ran<'_>, limits: &AxisLimits, finding: &mut Finding) -> Result
     let settled = settled_periods(ran, &grid);
     finding.unsettled_counts = [settled.start, grid.periods_count - settled.end];
     cogging::add_of_strokes(&maps, &grid, ran.velocity_rad_per_s, &differentiator, limits, finding);
-    if let Some(spectrum) = &finding.spectrum {
+    if let Some(spectrum) = finding.spectrum.take() {
         let rates = differentiator.velocity(&ran.record.angle_rad).ok_or(FrictionReason::StrokesTooShort)?;
-        finding.rate_lines_rad_per_s = cogging::lines_of(spectrum, &binned(ran, &rates, &grid)?, &grid);
+        let rates = cogging::rates_at(&spectrum, &binned(ran, &rates, &grid)?, &grid);
+        finding.spectrum = rates.as_ref().map(|_| spectrum);
+        finding.rate_lines_rad_per_s = rates.unwrap_or_default();
     }
     Ok(())
 }
