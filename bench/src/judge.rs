@@ -101,8 +101,6 @@ pub fn judge_log(
     let mut plan = reader.plan().clone();
     let procedure = attached_procedure(&reader, file)?;
     let state = attached_state(&reader, file)?;
-    let axes = plan.axes.clone();
-    known.put_into(&mut plan, state.is_none());
     let mut points = Points::new(&plan.cases);
     let mut safe = SafetyFindings::default();
     let mut heat_sinks_degc = HeatSinks::new();
@@ -111,7 +109,7 @@ pub fn judge_log(
         known::take_heat(&mut heat_sinks_degc, &plan.axes, &window);
         let Some(case) = points.case_of(&window) else { continue };
         lateness.extend(lateness::of_point(file, &case.point, plan.loop_rate_hz, &window));
-        let axes = known.axes_of(&axes, case, state.is_none());
+        let axes = known.axes_of(&plan.axes, case, state.is_none());
         let mut result = procedure.analyse(case, &window, &axes, plan.loop_rate_hz);
         result.point.clone_from(&case.point);
         safety::take(&mut safe, &case.point, &window);
@@ -119,6 +117,10 @@ pub fn judge_log(
         points.take(window.point, Found { result, status: window.status, reason });
     }
     let (places, faults) = points.finish();
+    if let Some(first) = plan.cases.first() {
+        // All points share torque constants. Inertia they do not: each has taken off its own.
+        plan.axes = known.axes_of(&plan.axes, first, state.is_none());
+    }
     let damage = damage(&reader, path, &faults);
     let size_bytes = std::fs::metadata(path)
         .map_err(|source| LogError::Io { file: path.display().to_string(), source })?

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use procedures::axis::{Axes, MeasuredConstant};
 use procedures::case::Case;
 use procedures::drift;
-use procedures::log::{Plan, Window};
+use procedures::log::Window;
 use procedures::measurement::Measurement;
 use procedures::quantity::QuantityKind;
 use procedures::requirement::Requirements;
@@ -77,22 +77,6 @@ impl Known {
             found.constant = found.constant.at_other_temperature(kelvin);
         }
         known
-    }
-
-    /// Lets what a plan's points have in common be judged by them: of the inertias over their motions the least certain one.
-    pub(super) fn put_into(&self, plan: &mut Plan, is_final_state: bool) {
-        let Some((first, others)) = plan.cases.split_first() else { return };
-        let mut axes = self.axes_of(&plan.axes, first, is_final_state);
-        for case in others {
-            let here = self.axes_of(&plan.axes, case, is_final_state);
-            for axis in axes.all_mut() {
-                let other = here.get(&axis.name).filter(|o| o.inertia_u_ratio > axis.limits.inertia_u_ratio);
-                if let Some(other) = other {
-                    axis.limits.clone_from(other);
-                }
-            }
-        }
-        plan.axes = axes;
     }
 
     /// The axes as well as they are known over the motion of a point. Inertias are those of the final build state: an earlier one has
@@ -285,35 +269,24 @@ mod tests {
         assert_eq!(motion_rad(&case("az", 0.2, &[]), "roll"), None);
     }
 
-    /// Inertia of elevation is known at 0 deg, to 1 %: at 80 deg to 4 %, and there the points together begin.
+    /// Inertia of elevation is known at 0 deg, to 1 %.
     #[test]
-    fn each_point_is_judged_by_the_inertia_where_it_is_and_all_together_by_the_least_certain_one() {
+    fn each_point_is_judged_by_the_inertia_where_it_is() {
         let rig = shipped::find(Folder::Rigs, "sim", None).and_then(read_rig).expect("the shipped rig");
-        let cases = [0.0, 80.0, 40.0].map(|deg: f64| case("el", deg.to_radians(), &[])).to_vec();
-        let mut plan = Plan {
-            schema: 1,
-            procedure: "ANY".to_owned(),
-            axis: "el".to_owned(),
-            seed: 1,
-            loop_rate_hz: 4000.0,
-            log_rate_hz: 250.0,
-            command_delay_ticks: 0,
-            axes: rig.limits(),
-            cases,
-            mode: "simulated".to_owned(),
-        };
+        let axes = rig.limits();
         let known = Known { inertias: Inertias::one("el", 0.0, 1000.0, 10.0), ..Known::default() };
-        let shipped_u = plan.axes.get("el").expect("elevation").inertia_u_ratio;
-        let u_ratio = |axes: &Axes| axes.get("el").expect("elevation").inertia_u_ratio;
-        let each = plan.cases.iter().map(|case| u_ratio(&known.axes_of(&plan.axes, case, true)));
-        let each: Vec<f64> = each.collect();
-        assert!((each[0] - 0.01).abs() < 1e-12 && each[0] < each[2] && each[2] < each[1], "{each:?}");
-        known.put_into(&mut plan, true);
-        let limits = plan.axes.get("el").expect("elevation");
-        assert_eq!((limits.inertia_u_ratio, limits.inertia_kg_m2), (each[1], 1000.0));
+        let judged_by = |deg: f64, is_final_state: bool| {
+            let there = known.axes_of(&axes, &case("el", deg.to_radians(), &[]), is_final_state);
+            let limits = there.get("el").expect("elevation");
+            [limits.inertia_kg_m2, limits.inertia_u_ratio]
+        };
+        let [near, far] = [judged_by(0.0, true), judged_by(80.0, true)];
+        assert_eq!([near[0], far[0]], [1000.0; 2]);
+        // 0.045 per radian over 80 deg, rectangular: 3.6 %.
+        assert!((near[1] - 0.01).abs() < 1e-12 && (far[1] - 0.0376).abs() < 1e-4, "{near:?} {far:?}");
         // In an earlier build state the rig file alone tells.
-        let earlier = known.axes_of(&rig.limits(), &plan.cases[0], false);
-        assert_eq!(u_ratio(&earlier), shipped_u);
+        let shipped = axes.get("el").expect("elevation");
+        assert_eq!(judged_by(0.0, false), [shipped.inertia_kg_m2, shipped.inertia_u_ratio]);
     }
 
     #[test]

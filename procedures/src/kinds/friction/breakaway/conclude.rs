@@ -136,7 +136,7 @@ impl PreslidingFit {
             period_blocks: multisine.period_blocks,
             period_s: multisine.period_s,
             orders: &multisine.orders,
-            inertia: findings.limits.inertia_kg_m2,
+            inertia: multisine.inertia_kg_m2,
             start_nm: multisine.rest_nm - map.at(start_rad),
         };
         let presliding = Presliding::new(&record).ok_or(FrictionReason::NoPresliding)?;

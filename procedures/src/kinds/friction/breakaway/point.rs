@@ -79,6 +79,8 @@ pub(super) struct Ramp {
     pub(super) effort_nm: Vec<f64>,
     /// Torque that accelerates the axis.
     pub(super) inertial_nm: Vec<f64>,
+    /// Relative standard uncertainty of the inertia where the point is.
+    pub(super) inertia_u_ratio: f64,
     pub(super) span: TimeSpan,
     /// Mean angle just before the ramp.
     pub(super) start_rad: f64,
@@ -123,6 +125,8 @@ pub(super) struct Multisine {
     pub(super) start_rad: f64,
     /// Mean torque in the rest before.
     pub(super) rest_nm: f64,
+    /// Inertia of the axis where the point is.
+    pub(super) inertia_kg_m2: f64,
 }
 
 /// Reduces one point.
@@ -283,6 +287,7 @@ impl<'a> Columns<'a> {
             position_rad: effort.position_rad,
             effort_nm: effort.effort_nm,
             inertial_nm: effort.inertial_nm,
+            inertia_u_ratio: self.limits.inertia_u_ratio,
             span: span.into(),
             start_rad: self.rest_position(span.start_s)?,
             rate_nm_per_s: self.torque_rate(span),
@@ -356,6 +361,7 @@ impl<'a> Columns<'a> {
         Ok(Multisine {
             start_rad: self.rest_position(span.start_s)?,
             rest_nm,
+            inertia_kg_m2: self.limits.inertia_kg_m2,
             position_rad: block_means(&self.position_rad[range.clone()], block),
             torque_nm: block_means(&self.torque_nm[range], block),
             period_blocks: whole as usize / block,

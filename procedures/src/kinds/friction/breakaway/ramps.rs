@@ -269,8 +269,8 @@ pub(super) struct Broken<'a> {
     rate_achieved_a_per_s: Option<f64>,
     pub(super) peak: Peak,
     map_u_nm: f64,
-    /// Torque that accelerates the axis where the maximum lies.
-    inertial_nm: f64,
+    /// Standard uncertainty of the torque that accelerates the axis where the maximum lies.
+    inertial_u_nm: f64,
     /// What a row that is late or early by up to one sample makes of the torque, as a standard uncertainty.
     timing_u_nm: f64,
     pub(super) span: TimeSpan,
@@ -334,7 +334,7 @@ fn break_away<'a>(
         rest_s: course.rest_s(logged, contact.z_ss_rad, &peak),
         rate_achieved_a_per_s: rate_nm_per_s.zip(constant).map(|(rate, constant)| rate / constant),
         map_u_nm: findings.map.as_ref().map_or(0.0, |m| m.u_at(course.start_rad + sign * peak.at_rad)),
-        inertial_nm: at_peak.map_or(0.0, |k| logged.inertial_nm[k]),
+        inertial_u_nm: at_peak.map_or(0.0, |k| logged.inertia_u_ratio * logged.inertial_nm[k].abs()),
         timing_u_nm: rate_nm_per_s.unwrap_or(0.0).abs() * logged.sample_s.unwrap_or(0.0) / 3.0_f64.sqrt(),
         span: logged.span,
         peak,
@@ -349,7 +349,7 @@ fn common(findings: &Findings<'_>, ramps: &[&Broken<'_>], contact: Option<&Conta
         Component::known(over(&|b| b.map_u_nm)),
         Component::known(over(&|b| b.timing_u_nm)),
         Component::known(z_ss),
-        Component::known(over(&|b| b.inertial_nm.abs()) * findings.limits.inertia_u_ratio),
+        Component::known(over(&|b| b.inertial_u_nm)),
         findings.torque_constant(over(&|b| b.peak.torque_nm)),
         findings.quantum(),
     ]
