@@ -98,7 +98,7 @@ pub fn judge_log(
     known: &Known,
 ) -> Result<JudgedLog, JudgeError> {
     let mut reader = LogReader::open(path)?;
-    let mut plan = reader.plan().clone();
+    let plan = reader.plan().clone();
     let procedure = attached_procedure(&reader, file)?;
     let state = attached_state(&reader, file)?;
     let mut points = Points::new(&plan.cases);
@@ -117,10 +117,6 @@ pub fn judge_log(
         points.take(window.point, Found { result, status: window.status, reason });
     }
     let (places, faults) = points.finish();
-    if let Some(first) = plan.cases.first() {
-        // All points share torque constants. Inertia they do not: each has taken off its own.
-        plan.axes = known.axes_of(&plan.axes, first, state.is_none());
-    }
     let damage = damage(&reader, path, &faults);
     let size_bytes = std::fs::metadata(path)
         .map_err(|source| LogError::Io { file: path.display().to_string(), source })?
@@ -273,7 +269,7 @@ fn conclude(
 ) -> (ProcedureFindings, Option<Proof>) {
     let Rules { file, requirements, known } = by;
     let Sorted { cases, points, ended } = sorted(plan, places);
-    let conclusion = procedure.experiment.conclude(&cases, &points, &plan.axes);
+    let conclusion = procedure.experiment.conclude(&cases, &points, &known.with_constants(&plan.axes));
     let mut measurements = conclusion.measurements;
     measurements.iter_mut().for_each(Measurement::flag_departures);
     for evidence in measurements.iter_mut().flat_map(|m| &mut m.evidence) {

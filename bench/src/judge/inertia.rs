@@ -165,9 +165,7 @@ mod tests {
     fn over_a_span_an_inertia_is_less_certain_even_if_it_was_measured_in_its_middle() {
         let span_rad = [-8_f64, 88.0].map(f64::to_radians);
         let u_ratio = |elevation_deg: f64| {
-            let all = vec![apparent(elevation_deg, 980.0, 0.0)];
-            let elevation =
-                Inertias { by_axis: BTreeMap::from([("el".to_owned(), all)]), ..Inertias::default() };
+            let elevation = Inertias::one("el", elevation_deg.to_radians(), 980.0, 0.0);
             elevation.best_over("el", false, Some(span_rad)).expect("it was measured").u_kg_m2 / 980.0
         };
         let per_deg = INNER_PER_RAD / 3_f64.sqrt() * 1_f64.to_radians();

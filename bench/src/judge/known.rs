@@ -79,16 +79,25 @@ impl Known {
         known
     }
 
+    /// The axes with the torque constants, which all points share. Inertia they do not: each takes off its own.
+    pub(super) fn with_constants(&self, axes: &Axes) -> Axes {
+        let mut axes = axes.clone();
+        for axis in axes.all_mut() {
+            axis.limits.measured_constant =
+                self.constants.get(&axis.name).map(|found| found.constant.clone());
+        }
+        axes
+    }
+
     /// The axes as well as they are known over the motion of a point. Inertias are those of the final build state: an earlier one has
     /// its own.
     pub(super) fn axes_of(&self, axes: &Axes, case: &Case, is_final_state: bool) -> Axes {
-        let mut axes = axes.clone();
+        let mut axes = self.with_constants(axes);
         let gimbal = axes.gimbal().ok();
         let elevation_rad = gimbal.and_then(|g| motion_rad(case, &g.inner.name));
         let outer = gimbal.map(|g| g.outer.name.clone());
         for axis in axes.all_mut() {
             let limits = &mut axis.limits;
-            limits.measured_constant = self.constants.get(&axis.name).map(|found| found.constant.clone());
             let is_outer = outer.as_ref() == Some(&axis.name);
             let found = self.inertias.best_over(&axis.name, is_outer, elevation_rad);
             if let Some(best) = found.filter(|_| is_final_state) {

@@ -202,11 +202,12 @@ fn evaluate(ran: &Ran<'_>, limits: &AxisLimits, finding: &mut Finding) -> Result
     let settled = settled_periods(ran, &grid);
     finding.unsettled_counts = [settled.start, grid.periods_count - settled.end];
     cogging::add_of_strokes(&maps, &grid, ran.velocity_rad_per_s, &differentiator, limits, finding);
-    if let Some(spectrum) = finding.spectrum.take() {
+    if let Some(spectrum) = &finding.spectrum {
         let rates = differentiator.velocity(&ran.record.angle_rad).ok_or(FrictionReason::StrokesTooShort)?;
-        let rates = cogging::rates_at(&spectrum, &binned(ran, &rates, &grid)?, &grid);
-        finding.spectrum = rates.as_ref().map(|_| spectrum);
-        finding.rate_lines_rad_per_s = rates.unwrap_or_default();
+        match cogging::rates_at(spectrum, &binned(ran, &rates, &grid)?, &grid) {
+            Some(lines) => finding.rate_lines_rad_per_s = lines,
+            None => finding.spectrum = None,
+        }
     }
     Ok(())
 }
