@@ -141,9 +141,12 @@ pub(super) async fn receive(wire: Arc<Wire>, shared: Arc<Shared>, mut feed: Feed
         if wire.sort != Sort::Tcp && !shared.is_heard() {
             continue;
         }
-        if !feed.push(at, &buffer[..count]) {
-            shared.count_lost(if wire.sort == Sort::Udp { 1 } else { count });
-        }
+        let lost_count = match wire.sort {
+            Sort::Udp => usize::from(!feed.push(at, &buffer[..count])),
+            // After a stall of this thread one read can give more than the whole ring holds.
+            Sort::Serial { .. } | Sort::Tcp => count - feed.push_what_fits(at, &buffer[..count]),
+        };
+        shared.count_lost(lost_count);
     }
 }
 

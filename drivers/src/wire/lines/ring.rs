@@ -54,6 +54,12 @@ impl Feed {
             && self.chunks.push(Chunk { at, bytes_count: bytes.len() }).is_ok()
     }
 
+    /// Puts the first of the bytes in, as many as there is room for, as one chunk; how many.
+    pub(super) fn push_what_fits(&mut self, at: Duration, bytes: &[u8]) -> usize {
+        let count = bytes.len().min(self.room_bytes());
+        if count > 0 && self.push(at, &bytes[..count]) { count } else { 0 }
+    }
+
     /// Bytes that the next chunk may have.
     pub(super) fn room_bytes(&self) -> usize {
         if self.chunks.is_full() { 0 } else { self.bytes.slots() }
@@ -160,6 +166,17 @@ mod tests {
         let mut all = [0; 8];
         assert_eq!((drain.read(at(1), &mut all), &all[..7]), (7, b"abcdefg".as_slice()));
         assert_eq!(feed.room_bytes(), 8);
+    }
+
+    #[test]
+    fn of_a_line_as_much_goes_in_as_fits() {
+        let (mut feed, mut drain) = ring(SIZE);
+        assert_eq!(feed.push_what_fits(at(1), b"abcdefghijk"), 8, "more than the ring");
+        assert_eq!(feed.push_what_fits(at(1), b"l"), 0, "8 bytes are in");
+        let mut all = [0; 8];
+        assert_eq!((drain.read(at(1), &mut all), &all), (8, b"abcdefgh"));
+        let chunks = ["m", "n", "o", "p"].map(|byte| feed.push_what_fits(at(1), byte.as_bytes()));
+        assert_eq!(chunks, [1, 1, 1, 0], "3 chunks");
     }
 
     #[test]

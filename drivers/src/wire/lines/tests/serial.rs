@@ -1,6 +1,7 @@
 //! Serial ports, as the subordinate ends of ptys.
 
 use std::os::fd::OwnedFd;
+use std::sync::Mutex;
 
 use proptest::prelude::*;
 use rustix::io::Errno;
@@ -162,6 +163,32 @@ fn a_full_ring_is_an_error_that_counts_what_was_lost_and_the_line_goes_on() {
     assert_eq!(kept[..4000], sent[..4000], "what came before the loss");
     write_far(&far, b"and on");
     assert_eq!(read_count(&mut line, 6), b"and on");
+}
+
+#[test]
+fn after_a_stall_of_the_thread_a_read_longer_than_the_ring_keeps_what_fits() {
+    let (far, path) = pty();
+    let stall = Arc::new(Mutex::new(()));
+    let clock = {
+        let stall = Arc::clone(&stall);
+        move || {
+            drop(stall.lock());
+            now()
+        }
+    };
+    let mut lines = Lines::start(Box::new(clock)).expect("a thread");
+    let mut line = opened(&mut lines, &path, 9600);
+    let sent = pattern(14_000);
+    let stalled = stall.lock().expect("nobody panicked");
+    write_far(&far, &sent[..1]);
+    nap(Duration::from_millis(20));
+    write_far(&far, &sent[1..]);
+    nap(Duration::from_millis(20));
+    drop(stalled);
+    let lost_count = (sent.len() - LEAST_SERIAL_BYTES) as u64;
+    wait_for("what the ring does not hold", || (line.lost_count() == lost_count).then_some(()));
+    line.read(now(), &mut [0; 8]).expect_err("a loss is told");
+    assert_eq!(read_count(&mut line, LEAST_SERIAL_BYTES), sent[..LEAST_SERIAL_BYTES]);
 }
 
 #[test]
