@@ -84,7 +84,7 @@ fn a_full_ring_loses_datagrams_with_a_count_and_an_error() {
     let most_count = SOCKET_RING.bytes / 4096 + 10;
     for _ in 0..most_count {
         far.send(&pattern(4096)).expect("sent");
-        nap(Duration::from_millis(1));
+        nap(Duration::from_millis(3));
     }
     wait_for("the losses", || (port.lost_count() == 10).then_some(()));
     let text = port.receive(now(), &mut [0; 8]).expect_err("lost").to_string();
