@@ -98,17 +98,17 @@ impl Nominal {
     }
 }
 
-/// Breakaway of azimuth at 3 A/s, upwards, with its standard uncertainty.
-fn breakaway(unit: &str) -> [f64; 2] {
+/// Breakaway of an axis at 3 A/s, upwards, with its standard uncertainty.
+fn breakaway(axis: &str, unit: &str) -> [f64; 2] {
     let folder = folder();
     let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../procedures/quick");
     let file = |name: &str| format!("[[procedure]]\nfile = \"{}\"\n", shipped.join(name).display());
     let campaign = format!(
         "schema = 1\nid = \"pair\"\ntitle = \"Breakaway, then inertia\"\nrequirements = \"shipped:requirements.toml\"\n\
          must-measure = []\n{}{}{}",
-        file("az-breakaway.toml"),
-        file("az-torque-constant.toml"),
-        file("az-velocity-loop.toml")
+        file(&format!("{axis}-breakaway.toml")),
+        file(&format!("{axis}-torque-constant.toml")),
+        file(&format!("{axis}-velocity-loop.toml"))
     );
     write(folder.path(), "unit.toml", unit);
     write(folder.path(), "pair.toml", &campaign);
@@ -130,23 +130,33 @@ fn breakaway(unit: &str) -> [f64; 2] {
 }
 
 /// A ramp of current accelerates the axis before it slides: what the inertia takes is no friction. With the rig's inertia
-/// an axis 15 % heavier would seem to break away 12 N·m higher.
+/// an azimuth axis 15 % heavier would seem to break away 12 N·m higher.
+fn breaks_away_alike(nominal: &Nominal, inertia_kg_m2: f64, inertia_ratio: f64, largest_u_ratio: f64) {
+    let unit = |inertia_ratio: f64, constant_ratio: f64| {
+        format!(
+            "schema = 1\nid = \"pair\"\ntitle = \"A pair\"\nbase = \"nominal\"\nmust-flip = []\nreason = \"Drawn.\"\n\
+             [{}]\ninertia = \"{} kg*m^2\"\ntorque-constant = \"{} N*m/A\"\n",
+            nominal.axis,
+            inertia_ratio * inertia_kg_m2,
+            constant_ratio * nominal.constant_nm_per_a
+        )
+    };
+    let axis = nominal.axis;
+    let [nominal_nm, nominal_u] = breakaway(axis, &unit(1.0, 1.0));
+    let [found_nm, found_u] = breakaway(axis, &unit(inertia_ratio, 1.03));
+    assert!(
+        (found_nm - nominal_nm).abs() < 2.0 * found_u.hypot(nominal_u),
+        "{axis}: {found_nm} ± {found_u} N·m, nominal {nominal_nm} ± {nominal_u} N·m"
+    );
+    assert!(found_u < largest_u_ratio * found_nm, "{axis}: {found_u} N·m: the inertia was measured");
+}
+
 #[test]
 #[ignore = "takes the better part of a minute; `.ci/run` runs it after the others"]
 fn inertia_that_the_rig_file_does_not_know_is_measured_and_leaves_the_breakaway_as_it_is() {
-    let unit = |inertia: f64, constant: f64| {
-        format!(
-            "schema = 1\nid = \"pair\"\ntitle = \"A pair\"\nbase = \"nominal\"\nmust-flip = []\nreason = \"Drawn.\"\n\
-             [az]\ninertia = \"{inertia} kg*m^2\"\ntorque-constant = \"{constant} N*m/A\"\n"
-        )
-    };
-    let [nominal_nm, nominal_u] = breakaway(&unit(1200.0, 60.0));
-    let [heavy_nm, heavy_u] = breakaway(&unit(1380.0, 61.8));
-    assert!(
-        (heavy_nm - nominal_nm).abs() < 2.0 * heavy_u.hypot(nominal_u),
-        "{heavy_nm} ± {heavy_u} N·m, nominal {nominal_nm} ± {nominal_u} N·m"
-    );
-    assert!(heavy_u < 0.015 * heavy_nm, "{heavy_u} N·m: the inertia was measured at the same elevation");
+    breaks_away_alike(&AZ, 1200.0, 1.15, 0.015);
+    // Elevation breaks away at 60 deg, and its inertia was measured at 0 deg.
+    breaks_away_alike(&EL, 975.0, 0.85, 0.04);
 }
 
 /// Runs friction and then the gauge on a unit, and compares with the truth.
@@ -191,8 +201,18 @@ fn friction_that_a_weak_motor_makes_look_large_does_not_fail_and_passes_nothing_
 
 /// A run of these procedures of `quick` on a unit that differs from the nominal one by these lines; its folder stays with it.
 fn quick_look(lines: &str, procedures: &[&str]) -> tempfile::TempDir {
+    retuned_look(lines, &str::to_owned, procedures)
+}
+
+/// The same, with gains of the controllers that were changed.
+fn retuned_look(lines: &str, retune: &dyn Fn(&str) -> String, procedures: &[&str]) -> tempfile::TempDir {
     let folder = folder();
-    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../procedures/quick");
+    let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let read = |path: &str| std::fs::read_to_string(workspace.join(path)).expect("a file of ours");
+    write(folder.path(), "gains.toml", &retune(&read("controllers/params/director.toml")));
+    let rig = read("bench/rigs/sim.toml");
+    write(folder.path(), "rig.toml", &rig.replacen("\"director\"", "\"./gains.toml\"", 1));
+    let shipped = workspace.join("procedures/quick");
     let file = |name: &&str| format!("[[procedure]]\nfile = \"{}\"\n", shipped.join(name).display());
     let files: String = procedures.iter().map(file).collect();
     let campaign = format!(
@@ -203,7 +223,17 @@ fn quick_look(lines: &str, procedures: &[&str]) -> tempfile::TempDir {
     );
     write(folder.path(), "unit.toml", &unit);
     write(folder.path(), "pair.toml", &campaign);
-    let words = ["run", "./pair.toml", "--unit", "unit.toml", "--out", "run", "--non-interactive"];
+    let words = [
+        "run",
+        "./pair.toml",
+        "--rig",
+        "./rig.toml",
+        "--unit",
+        "unit.toml",
+        "--out",
+        "run",
+        "--non-interactive",
+    ];
     let said = run_in(folder.path(), &words);
     assert!(folder.path().join("run/results.json").exists(), "{}{}", said.out, said.err);
     folder
@@ -220,20 +250,34 @@ fn found(run: &Path, measurand: &str, axis: &str) -> Vec<[f64; 2]> {
         .collect()
 }
 
-/// Gyros and encoder that are off by the same share agree with each other: whoever compares them sees nothing. An external
-/// reference does.
+/// Gyros and encoder of an axis that are off by the same share agree with each other: whoever compares them sees nothing. An
+/// external reference does. Where the axis turns, the slope of an eccentricity of so many urad is as many ppm.
+fn caught_by_the_autocollimator(axis: &str, eccentricity_urad: f64, phase: &str) {
+    let gyro = |name: &str, share: f64| {
+        format!("gyro-scale-error-{name} = \"{} ppm\"\n", -share * eccentricity_urad)
+    };
+    let unit = format!(
+        "[{axis}]\nencoder-eccentricity = \"{eccentricity_urad} urad\"\nencoder-eccentricity-phase = \"{phase}\"\n\
+         [imu]\n{}{}{}",
+        gyro("x", 0.875),
+        gyro("y", 1.1),
+        gyro("z", 0.925)
+    );
+    let folder = quick_look(&unit, &["imu-consistency.toml", &format!("{axis}-accuracy.toml")]);
+    let run = folder.path().join("run");
+    let scales = found(&run, "gyro-scale-error", axis);
+    let hidden = 0.25e-6 * eccentricity_urad;
+    assert!(!scales.is_empty() && scales.iter().all(|[value, _]| value.abs() < hidden), "{axis}: {scales:?}");
+    let accuracy = found(&run, "positioning-accuracy", axis);
+    assert!(!accuracy.is_empty() && accuracy.iter().all(|[value, _]| *value > 75e-6), "{axis}: {accuracy:?}");
+    assert_eq!(verdict(&run, "POS-ACC"), "fail", "{axis}");
+}
+
 #[test]
 fn gyros_and_encoder_that_are_wrong_alike_are_caught_by_the_autocollimator() {
-    // The slope of 400 urad of eccentricity where azimuth turns is -400 ppm.
-    let unit = "[az]\nencoder-eccentricity = \"400 urad\"\nencoder-eccentricity-phase = \"180 deg\"\n[imu]\ngyro-scale-error-x = \"-350 ppm\"\n\
-                gyro-scale-error-y = \"-440 ppm\"\ngyro-scale-error-z = \"-370 ppm\"\n";
-    let folder = quick_look(unit, &["imu-consistency.toml", "az-accuracy.toml"]);
-    let run = folder.path().join("run");
-    let scales = found(&run, "gyro-scale-error", "az");
-    assert!(scales.iter().all(|[value, _]| value.abs() < 200e-6), "{scales:?}");
-    assert_ne!(verdict(&run, "POS-ACC"), "pass");
-    let accuracy = found(&run, "positioning-accuracy", "az");
-    assert!(accuracy.iter().all(|[value, _]| *value > 75e-6), "{accuracy:?}");
+    // More would be beyond the autocollimator's range at ± 80 deg.
+    caught_by_the_autocollimator("az", 200.0, "180 deg");
+    caught_by_the_autocollimator("el", 400.0, "140 deg");
 }
 
 /// What goes later to the drive and comes earlier back is the same for every loop, and for LAT-RT.
@@ -252,19 +296,50 @@ fn delays_that_make_up_for_each_other_leave_the_round_trip_as_it_is() {
     assert!((even_s - odd_s).abs() < 2.0 * even_u.hypot(odd_u), "{even_s} ± {even_u}, {odd_s} ± {odd_u} s");
 }
 
-/// A camera that shows too little beside a track loop that is as much too fast: the bandwidth is right, the scale is not.
+/// A camera that shows too little beside a track loop that is as much too fast: the bandwidth is that of the nominal unit, the
+/// scale is not.
 #[test]
 fn a_coarse_camera_whose_scale_hides_in_the_loop_gain_is_told_by_the_encoder() {
-    let folder = quick_look(
+    let faster = |gains: &str| {
+        // By 1.06, the scale of the nominal camera, over 0.9.
+        let az = gains.replacen("track-gain = \"4.95 1/s\"", "track-gain = \"5.83 1/s\"", 1);
+        az.replacen("track-gain = \"5.51 1/s\"", "track-gain = \"6.49 1/s\"", 1)
+    };
+    let folder = retuned_look(
         "[trackers]\ncoarse-scale = \"0.9\"\n",
-        &["az-coarse-latency.toml", "el-coarse-latency.toml"],
+        &faster,
+        &["az-coarse-latency.toml", "el-coarse-latency.toml", "az-track-loop.toml", "el-track-loop.toml"],
     );
     let run = folder.path().join("run");
     for axis in ["az", "el"] {
+        let [[bandwidth_hz, _]] = found(&run, "track-bandwidth", axis)[..] else {
+            panic!("one bandwidth is measured")
+        };
+        assert!(bandwidth_hz > 1.05, "{axis}: {bandwidth_hz} Hz, at least 1 Hz are asked: nothing shows");
         let [[value, u]] = found(&run, "tracker-scale-error", axis)[..] else {
             panic!("one scale is measured")
         };
         assert!((value + 0.1).abs() < 2.0 * u && u < 0.01, "{axis}: {value} ± {u}");
     }
     assert_eq!(verdict(&run, "TRK-SCALE"), "fail");
+}
+
+/// A camera whose frames come late beside a track loop whose lead makes up for it: latency is measured by the light, not by the
+/// loop.
+#[test]
+fn a_coarse_camera_whose_latency_hides_behind_the_lead_of_the_loop_is_told_by_its_frames() {
+    let leading =
+        |gains: &str| gains.replace("track-gyro-lead = \"2.25 ms\"", "track-gyro-lead = \"12.25 ms\"");
+    let folder = retuned_look(
+        "[trackers]\ncoarse-latency = \"50 ms\"\n",
+        &leading,
+        &["az-coarse-latency.toml", "el-coarse-latency.toml"],
+    );
+    let run = folder.path().join("run");
+    for axis in ["az", "el"] {
+        let latencies = found(&run, "tracker-latency", axis);
+        let is_told = |[value, u]: &[f64; 2]| (value - 0.05).abs() < 2.0 * u && *u < 2.5e-3;
+        assert!(!latencies.is_empty() && latencies.iter().all(is_told), "{axis}: {latencies:?}");
+    }
+    assert_eq!(verdict(&run, "LAT-TRK"), "fail");
 }

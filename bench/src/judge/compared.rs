@@ -1,11 +1,15 @@
 //! What procedures of a campaign say of each other: self-checks of the bench, each compared with the one before, and estimates of
 //! one quantity by several procedures.
 
+use std::collections::BTreeMap;
+
 use procedures::agreement;
 use procedures::drift;
 use procedures::requirement::Requirements;
 use procedures::verdict::Verdict;
 use reports::record::{ProcedureFindings, Status};
+
+use super::known;
 
 /// Compares consecutive self-checks, in the order of the campaign, and judges again what rests on a channel that drifted.
 ///
@@ -21,6 +25,39 @@ pub(super) fn hold_together(procedures: &mut [ProcedureFindings], requirements: 
             if drift::put_in_doubt(&mut between.measurements, &drifts) {
                 judge_again(between, requirements);
                 between.remarks.push(doubtful(between));
+            }
+        }
+    }
+}
+
+/// Takes the verdict from torques that follow a torque constant which is itself in doubt by now: a force gauge that drifted spoils
+/// more than what was read from it. `sources` names the procedure that measured the constant of an axis.
+pub(super) fn doubt_torques(
+    procedures: &mut [ProcedureFindings],
+    sources: &BTreeMap<String, String>,
+    requirements: &Requirements,
+) {
+    for (axis, source) in sources {
+        let constant = procedures
+            .iter()
+            .find(|p| p.id == *source)
+            .and_then(|p| p.measurements.iter().find(|m| m.measurand == known::CONSTANT && m.axis == *axis));
+        let Some(why) = constant.and_then(|m| m.inconclusive.as_ref()) else { continue };
+        let reason = format!(
+            "torques of {axis} follow the torque constant that {source} measured, which is in doubt: {why}"
+        );
+        let others = procedures.iter_mut().filter(|p| p.state.is_none() && known::follows_constants(p));
+        for other in others {
+            let mut count = 0_usize;
+            for told in other.measurements.iter_mut().filter(|m| drift::rests_on_torque_constant(m, axis)) {
+                told.inconclusive.get_or_insert_with(|| reason.clone());
+                count += 1;
+            }
+            if count > 0 {
+                judge_again(other, requirements);
+                other.remarks.push(format!(
+                    "Results that rest on the torque constant of {axis}, which is in doubt: {count}."
+                ));
             }
         }
     }

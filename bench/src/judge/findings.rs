@@ -6,7 +6,7 @@ use procedures::requirement::{Requirement, Requirements};
 use procedures::verdict::{Outcome, Overall, Verdict, roll_up};
 use reports::record::{CampaignFindings, Findings, Origin, ProcedureFindings, RequirementFindings, Status};
 
-use super::known::{Known, settled};
+use super::known::{Known, settled, sources_of_constants};
 use super::{JudgedLog, compared, judge_log, safety, try_log};
 use crate::judge::stage::Progress;
 use crate::record::journal::sha256;
@@ -46,6 +46,7 @@ pub fn fold(by: &Fold<'_>, judged: &[Option<JudgedLog>]) -> Findings {
         })
         .collect();
     compared::hold_together(&mut procedures, by.requirements);
+    compared::doubt_torques(&mut procedures, &sources_of_constants(judged), by.requirements);
     compared::compare_estimates(&mut procedures, by.requirements);
     let verifies = procedures.iter().filter(|p| p.state.is_none());
     let measured: Vec<_> = verifies.map(|p| (p.id.clone(), p.measurements.clone())).collect();

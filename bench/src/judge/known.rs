@@ -15,13 +15,14 @@ use procedures::quantity::QuantityKind;
 use procedures::requirement::Requirements;
 use procedures::stimulus::Stimulus;
 use rayon::prelude::*;
+use reports::record::ProcedureFindings;
 
 use super::inertia::Inertias;
 use super::{JudgedLog, compared};
 use crate::model::signs;
 
 /// Measurand of the kind that measures torque constants.
-const CONSTANT: &str = "torque-constant";
+pub(super) const CONSTANT: &str = "torque-constant";
 /// Friction by the gauge, at which the constant was measured.
 const PULLED: &str = "pulled-friction-torque";
 /// The inertia counts in a torque that changes by more than this part of its standard uncertainty where the inertia is one
@@ -139,6 +140,11 @@ impl Known {
     }
 }
 
+/// Axes whose torques follow a measured constant, with the id of the procedure that measured it.
+pub(super) fn sources_of_constants(judged: &[Option<JudgedLog>]) -> BTreeMap<String, String> {
+    Known::found(judged).constants.into_iter().map(|(axis, found)| (axis, found.procedure)).collect()
+}
+
 /// Where a point has an axis while it measures: over its strokes, else where its last move ends, else where it starts.
 fn motion_rad(case: &Case, axis: &str) -> Option<[f64; 2]> {
     let start_rad = *case.start_pose_rad.get(axis)?;
@@ -186,8 +192,12 @@ pub(super) fn take_heat(heat_sinks_degc: &mut HeatSinks, axes: &Axes, window: &W
 /// Whether any number of a log rests on torques that were told from a current.
 fn tells_torques(log: &JudgedLog) -> bool {
     let rests = |m: &Measurement| drift::rests_on_torque_constant(m, &m.axis);
-    ![signs::TORQUE_CONSTANT, signs::POLARITY].contains(&log.findings.kind.as_str())
-        && log.findings.measurements.iter().any(rests)
+    follows_constants(&log.findings) && log.findings.measurements.iter().any(rests)
+}
+
+/// Whether the torques of a procedure follow what others found of the torque constants.
+pub(super) fn follows_constants(found: &ProcedureFindings) -> bool {
+    ![signs::TORQUE_CONSTANT, signs::POLARITY].contains(&found.kind.as_str())
 }
 
 /// The judged logs, each by all that the others found: those whose torques were told from a current are judged again by the

@@ -37,7 +37,7 @@ pub struct StepResponse {
     /// Largest way beyond the final value of the mean of the repeats, 0 or more.
     pub overshoot: f64,
     /// Standard uncertainty of the overshoot: what the repeats scatter where the mean is highest, and no less than the noise;
-    /// it has one degree of freedom less than there are repeats. Of a single one that of the noise.
+    /// see [`Self::overshoot_dof`]. Of a single one that of the noise.
     pub overshoot_u: f64,
     /// Overshoot of the single repeats, the largest of all.
     pub largest_overshoot: f64,
@@ -47,6 +47,14 @@ pub struct StepResponse {
     pub threshold: f64,
     /// Repeats.
     pub repeats: usize,
+}
+
+impl StepResponse {
+    /// Degrees of freedom of the uncertainty of the overshoot: one less than there are repeats. A single response says nothing of how
+    /// far others scatter; it has one, which is too few for a verdict.
+    pub fn overshoot_dof(&self) -> f64 {
+        (self.repeats.max(2) - 1) as f64
+    }
 }
 
 /// Why there is no step response.

@@ -9,9 +9,11 @@ const CHANNEL: &str = "/imu rate_x_rad_per_s";
 
 fn requirements() -> Requirements {
     let text = "schema = 1\n[[requirement]]\nid = \"GYR-ARW\"\ntext = \"Gyro angle random walk.\"\nsource = \"2.1.3\"\n\
-                method = \"test\"\nmeasurand = [\"angle-random-walk\"]\nlimit = \"<= 0.015 deg/sqrt(h)\"\n";
+                method = \"test\"\nmeasurand = [\"angle-random-walk\"]\nlimit = \"<= 0.015 deg/sqrt(h)\"\n\
+                [[requirement]]\nid = \"FRC\"\ntext = \"Friction.\"\nsource = \"ours\"\nmethod = \"test\"\n\
+                measurand = [\"friction-torque\"]\nlimit = \"<= 260 N*m\"\n";
     let source = SourceFile { name: "requirements.toml".to_owned(), text: text.to_owned() };
-    Requirements::parse(&source).expect("requirements of one line")
+    Requirements::parse(&source).expect("two requirements")
 }
 
 fn procedure(id: &str, kind: &str, measurement: Measurement) -> ProcedureFindings {
@@ -68,6 +70,69 @@ fn what_lies_between_two_self_checks_that_disagree_is_inconclusive_and_says_why(
     assert!(reason.contains("drifted between the self-checks: gyro-offset went from"), "{reason}");
     assert_eq!(all[3].remarks.len(), 1);
     assert!(all[2].remarks[0].ends_with("between the self-checks: 1."), "{:?}", all[2].remarks);
+}
+
+/// What another channel told.
+fn told_by(channel: &str, name: &str, kind: Q, value: f64) -> Measurement {
+    let mut one = Measurement { axis: "az".to_owned(), ..measured(name, kind, value) };
+    one.evidence[0].channels = vec![channel.to_owned()];
+    one
+}
+
+#[test]
+fn a_force_gauge_that_drifted_takes_the_verdict_from_all_torques_that_follow_its_constant() {
+    let force = |id: &str, offset_n: f64| {
+        let conditions = vec![drift::allowed(5.0, Q::Force)];
+        let offset = told_by("/force force_n", "force-offset", Q::Force, offset_n);
+        procedure(id, drift::KIND, Measurement { conditions, ..offset })
+    };
+    let constant = told_by("/force force_n", known::CONSTANT, Q::TorqueConstant, 60.0);
+    let friction =
+        |id: &str| procedure(id, "hysteresis", told_by("/az current_a", "friction-torque", Q::Torque, 200.0));
+    let mut all = vec![
+        friction("FRICTION"),
+        force("OPEN", 1.0),
+        procedure("GAUGE", "torque-constant", constant),
+        force("CLOSE", 11.0),
+    ];
+    hold_together(&mut all, &requirements());
+    assert!(all[2].measurements[0].inconclusive.is_some(), "the gauge's own channel drifted");
+    doubt_torques(&mut all, &BTreeMap::new(), &requirements());
+    assert_eq!(all[0].verdict, Verdict::Pass, "by the constant of the rig file");
+    let sources = BTreeMap::from([("az".to_owned(), "GAUGE".to_owned())]);
+    doubt_torques(&mut all, &sources, &requirements());
+    assert_eq!(all[0].verdict, Verdict::Inconclusive);
+    let reason = all[0].judgements[0].reason.as_deref().expect("a reason");
+    assert!(
+        reason.contains("the torque constant that GAUGE measured, which is in doubt: /force force_n drifted"),
+        "{reason}"
+    );
+}
+
+#[test]
+fn a_force_gauge_that_stayed_leaves_the_torques_their_verdict() {
+    let constant = told_by("/force force_n", known::CONSTANT, Q::TorqueConstant, 60.0);
+    let friction = told_by("/az current_a", "friction-torque", Q::Torque, 200.0);
+    let mut all =
+        vec![procedure("GAUGE", "torque-constant", constant), procedure("FRICTION", "hysteresis", friction)];
+    let before = all.clone();
+    let sources = BTreeMap::from([("az".to_owned(), "GAUGE".to_owned())]);
+    doubt_torques(&mut all, &sources, &requirements());
+    assert_eq!(all, before);
+}
+
+/// Two procedures that disagree about one quantity: neither passes, whichever is right.
+#[test]
+fn estimates_of_one_quantity_that_disagree_pass_nothing_and_both_say_so() {
+    let friction = |id: &str, nm: f64| {
+        procedure(id, "hysteresis", told_by("/az current_a", "friction-torque", Q::Torque, nm))
+    };
+    let mut all = vec![friction("FAST", 200.0), friction("SLOW", 202.0)];
+    assert!(all.iter().all(|p| p.verdict == Verdict::Pass));
+    compare_estimates(&mut all, &requirements());
+    let verdicts = [all[0].verdict, all[1].verdict];
+    assert_eq!(verdicts, [Verdict::Inconclusive; 2], "2 N*m are 7 of their combined standard uncertainties");
+    assert!(all.iter().all(|p| p.remarks.len() == 1), "{all:?}");
 }
 
 #[test]

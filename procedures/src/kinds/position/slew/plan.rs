@@ -22,7 +22,12 @@ pub(super) const FIELDS: &[Field] = &[
         Shape::Quantities(Q::Angle),
         "Positions to slew to in turn, then back to the first; default: both ends of the travel.",
     ),
-    Field::default("repeats", Shape::Integer, "2", "Number of times that all cues are visited."),
+    Field::default(
+        "repeats",
+        Shape::Integer,
+        "2",
+        "Number of times that all cues are visited; an overshoot is judged from five on.",
+    ),
     Field::default("rest", Shape::Quantity(Q::Time), "3.5 s", "Rest at each cue."),
     Field::default("plateau", Shape::Quantity(Q::Time), "0.6 s", "Duration of the cruise in gentle moves."),
     Field::default(

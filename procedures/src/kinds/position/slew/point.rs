@@ -184,8 +184,7 @@ fn of_ends(name: &str, ends: &Result<Vec<End>, Reason>) -> Found {
     for end in ends {
         let r = end.response.ok_or(PositionReason::NotSettled { cue: end.cue })?;
         let value = if name == EXCESS { r.overshoot - r.threshold } else { r.overshoot };
-        let dof = if r.repeats > 1 { (r.repeats - 1) as f64 } else { f64::INFINITY };
-        let estimate = Estimate { value, u: r.overshoot_u, dof, n: r.repeats };
+        let estimate = Estimate { value, u: r.overshoot_u, dof: r.overshoot_dof(), n: r.repeats };
         let flags = vec![
             format!("cue {}", end.cue),
             format!(

@@ -6,6 +6,7 @@ use crate::kinds::position::positioned::tests::{window_of, with_elevation};
 use crate::log::PointStatus;
 use crate::measurement::Measurement;
 use crate::table::read_file;
+use crate::verdict::LEAST_DOF;
 
 fn read(text: &str) -> Result<Box<dyn Experiment>, Vec<Diagnostic>> {
     let source = SourceFile { name: "slew.toml".to_owned(), text: text.to_owned() };
@@ -86,6 +87,16 @@ fn an_axis_that_passes_its_cue_by_a_tenth_of_a_milliradian_overshoots() {
     let excess = value(&result, EXCESS).value.expect("an overshoot");
     assert!((9e-5..1.1e-4).contains(&excess), "{excess:e}");
     assert!(value(&result, SETTLING).value.is_some_and(|s| s > 0.4));
+}
+
+#[test]
+fn an_overshoot_is_judged_by_the_scatter_of_five_repeats_and_not_by_the_noise_of_one() {
+    for (repeats, dof) in [(1, 1.0), (2, 1.0), (4, 3.0), (5, 4.0)] {
+        let (experiment, case) = planned(&format!("{CUE}\nrepeats = {repeats}"), "az");
+        let result = experiment.analyse(&case, &follows(&case, 0.0), &with_elevation());
+        let excess = value(&result, EXCESS);
+        assert_eq!((excess.dof, dof >= LEAST_DOF), (Some(dof), repeats >= 5), "{repeats} repeats");
+    }
 }
 
 #[test]

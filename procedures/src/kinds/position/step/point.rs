@@ -95,8 +95,8 @@ fn worst(name: &str, height_rad: f64, ways: &[Way; 2]) -> (Estimate, usize) {
             EXCESS => (r.overshoot - r.threshold, r.overshoot_u),
             _ => (r.final_value.abs() / height_rad, r.final_u / height_rad),
         };
-        let scatters = [OVERSHOOT, EXCESS].contains(&name) && r.repeats > 1;
-        let dof = if scatters { (r.repeats - 1) as f64 } else { f64::INFINITY };
+        let scatters = [OVERSHOOT, EXCESS].contains(&name);
+        let dof = if scatters { r.overshoot_dof() } else { f64::INFINITY };
         Estimate { value, u, dof, n: r.repeats }
     };
     let there = measurement(&ways[0]);
