@@ -59,3 +59,23 @@ fn a_rig_without_one_carried_axis_has_no_gimbal_and_says_what_it_has() {
     two axes are needed, one carrying the other; the rig has the axes `a`, `b` on `a`, `c` on `b`
     ");
 }
+
+#[test]
+fn torques_are_as_uncertain_as_the_constant_of_the_rig_file_until_a_gauge_has_measured_it() {
+    let known = |measured_constant: Option<MeasuredConstant>| AxisLimits {
+        torque_constant_u_ratio: 0.029,
+        max_torque_nm: 2000.0,
+        measured_constant,
+        ..limits()
+    };
+    let by_rig = known(None).torque_scale();
+    assert!((by_rig.of_torque(-200.0).u - 5.8).abs() < 1e-9);
+
+    let gauge = MeasuredConstant::new(60.0, 0.12, None, 150.0).expect("a constant");
+    let by_gauge = known(Some(gauge)).torque_scale();
+    assert!((by_gauge.of_torque(-150.0).u - 0.3).abs() < 1e-9, "0.2 % where it was measured");
+    assert!((by_gauge.relative_at(10.0).u - 0.002).abs() < 1e-9);
+    // Iron saturates beyond it: a half-width of 5 % over the largest torque.
+    let beyond = 0.05 / 3_f64.sqrt() * 1000.0 / 2000.0;
+    assert!((by_gauge.relative_at(1150.0).u - beyond.hypot(0.002)).abs() < 1e-9);
+}

@@ -13,7 +13,7 @@ use super::KIND;
 use crate::diagnostic::{Diagnostic, SourceFile};
 use crate::kinds::Experiment;
 use crate::log::Window;
-use crate::measurement::{Conclusion, Measurement};
+use crate::measurement::{Conclusion, Measurement, PointResult};
 use crate::table::read_file;
 use synthetic_axis::{Truth, rig};
 

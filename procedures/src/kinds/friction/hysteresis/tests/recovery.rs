@@ -242,6 +242,29 @@ fn stribeck_sweeps_of_both_axes_give_all_five_parameters() {
     }
 }
 
+/// Friction falls between 0.344 and 7 deg/s: a line through those velocities is not that of the viscous branch.
+#[test]
+fn a_sweep_that_ended_among_slow_velocities_gives_no_coulomb_torque() {
+    let truth = azimuth();
+    let text = "[sweep]\nfrom = \"0.344 deg/s\"\nto = \"60 deg/s\"\ncount = 14\nperiods = 2\ncentre = \"0 deg\"\ncycles = 1\n";
+    let experiment = read(text).expect("the keys are right");
+    let axes = rig(&[&truth]);
+    let cases = experiment.plan(truth.name, &axes).expect("the axis can do it");
+    let measured: Vec<PointResult> =
+        cases.iter().zip(5000..).map(|(case, k)| experiment.analyse(case, &truth.run(case, 500.0, k), &axes)).collect();
+    let whole = experiment.conclude(&cases, &measured, &axes);
+    near(find(&whole, "coulomb-torque"), truth.coulomb_nm, 0.02);
+
+    let mut aborted = measured;
+    aborted[8..].fill_with(PointResult::default);
+    let found = experiment.conclude(&cases, &aborted, &axes);
+    for name in ["coulomb-torque", "viscous-coefficient"] {
+        let one = find(&found, name);
+        let why = one.inconclusive.as_deref().unwrap_or_default();
+        assert!(one.value.is_none() && why.contains("a line through slow velocities alone"), "{one:?}");
+    }
+}
+
 #[test]
 fn opposite_poses_add_an_unbalance_from_their_difference() {
     let mut truth = azimuth();
