@@ -250,8 +250,11 @@ fn a_sweep_that_ended_among_slow_velocities_gives_no_coulomb_torque() {
     let experiment = read(text).expect("the keys are right");
     let axes = rig(&[&truth]);
     let cases = experiment.plan(truth.name, &axes).expect("the axis can do it");
-    let measured: Vec<PointResult> =
-        cases.iter().zip(5000..).map(|(case, k)| experiment.analyse(case, &truth.run(case, 500.0, k), &axes)).collect();
+    let measured: Vec<PointResult> = cases
+        .iter()
+        .zip(5000..)
+        .map(|(case, k)| experiment.analyse(case, &truth.run(case, 500.0, k), &axes))
+        .collect();
     let whole = experiment.conclude(&cases, &measured, &axes);
     near(find(&whole, "coulomb-torque"), truth.coulomb_nm, 0.02);
 
