@@ -11,10 +11,21 @@ use reports::record::{ProcedureFindings, Status};
 
 use super::known;
 
+/// All that procedures of a campaign say of each other. `sources` names the procedure that measured the torque constant of an axis.
+pub(super) fn compare_all(
+    procedures: &mut [ProcedureFindings],
+    sources: &BTreeMap<String, String>,
+    requirements: &Requirements,
+) {
+    hold_together(procedures, requirements);
+    doubt_torques(procedures, sources, requirements);
+    compare_estimates(procedures, requirements);
+}
+
 /// Compares consecutive self-checks, in the order of the campaign, and judges again what rests on a channel that drifted.
 ///
 /// One that left no log or did not complete is not compared: the campaign is incomplete anyway.
-pub(super) fn hold_together(procedures: &mut [ProcedureFindings], requirements: &Requirements) {
+fn hold_together(procedures: &mut [ProcedureFindings], requirements: &Requirements) {
     let is_check = |p: &ProcedureFindings| p.kind == drift::KIND && p.status == Status::Completed;
     let checks: Vec<usize> = (0..procedures.len()).filter(|&i| is_check(&procedures[i])).collect();
     for pair in checks.windows(2) {
@@ -31,8 +42,8 @@ pub(super) fn hold_together(procedures: &mut [ProcedureFindings], requirements: 
 }
 
 /// Takes the verdict from torques that follow a torque constant which is itself in doubt by now: a force gauge that drifted spoils
-/// more than what was read from it. `sources` names the procedure that measured the constant of an axis.
-pub(super) fn doubt_torques(
+/// more than what was read from it.
+fn doubt_torques(
     procedures: &mut [ProcedureFindings],
     sources: &BTreeMap<String, String>,
     requirements: &Requirements,
@@ -64,7 +75,7 @@ pub(super) fn doubt_torques(
 }
 
 /// Compares what procedures in the final build state found of one quantity, and judges again what disagrees.
-pub(super) fn compare_estimates(procedures: &mut [ProcedureFindings], requirements: &Requirements) {
+fn compare_estimates(procedures: &mut [ProcedureFindings], requirements: &Requirements) {
     let in_final_state = |p: &ProcedureFindings| p.state.is_none();
     let mut found: Vec<_> = procedures
         .iter()

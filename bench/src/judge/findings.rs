@@ -45,9 +45,7 @@ pub fn fold(by: &Fold<'_>, judged: &[Option<JudgedLog>]) -> Findings {
             _ => not_run(planned, so_far.held_back(i)),
         })
         .collect();
-    compared::hold_together(&mut procedures, by.requirements);
-    compared::doubt_torques(&mut procedures, &sources_of_constants(judged), by.requirements);
-    compared::compare_estimates(&mut procedures, by.requirements);
+    compared::compare_all(&mut procedures, &sources_of_constants(judged), by.requirements);
     let verifies = procedures.iter().filter(|p| p.state.is_none());
     let measured: Vec<_> = verifies.map(|p| (p.id.clone(), p.measurements.clone())).collect();
     let (mut outcomes, mut overall) = roll_up(by.requirements, &measured, &page.must_measure, page.claim);
