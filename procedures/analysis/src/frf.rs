@@ -1,5 +1,7 @@
 //! A frequency response with its uncertainty, as every estimator gives it and every reader takes it.
 
+pub(crate) mod pooled;
+
 /// A complex number.
 pub type C64 = nalgebra::Complex<f64>;
 

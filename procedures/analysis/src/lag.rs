@@ -5,6 +5,7 @@
 use std::f64::consts::TAU;
 
 use super::delay::{InputError, check_lines, line_sd};
+use super::frf::pooled::with_pooled_variances;
 use super::frf::{C64, Line};
 use super::goodness::{Goodness, Hopeless};
 use super::nonlinear::NonlinearFit;
@@ -24,6 +25,8 @@ const STARTS: usize = 4;
 const PROFILE_FACTOR: f64 = 1.25;
 /// Increase of χ² that counts as worse: three standard deviations.
 const PROFILE_CHI2: f64 = 9.0;
+/// Fall of χ² from which a loop is of second order: four standard deviations of a parameter that is not there.
+const ORDER_CHI2: f64 = 16.0;
 /// Largest relative standard uncertainty of a corner that counts as determined.
 const MOST_U_RATIO: f64 = 0.1;
 /// For lines without variance: residual rms relative to |G| above which the model does not fit.
@@ -75,8 +78,18 @@ pub struct LagFit {
     pub damping: Option<[f64; 2]>,
     /// How well the model describes the lines.
     pub goodness: Goodness,
+    /// χ² by the uncertainties of the lines.
+    pub chi2: f64,
     /// The model does not fit the lines, so its parameters do not describe this loop.
     pub misfit: bool,
+}
+
+impl LagFit {
+    /// Whether its further parameter pays: χ² falls by more than [`ORDER_CHI2`] in units of its own scatter. Where it does
+    /// not, a second pole is fitted to noise, and the delay is short by the lag of that pole.
+    pub fn is_clearly_better_than(&self, simpler: &Self) -> bool {
+        self.chi2 + ORDER_CHI2 * self.goodness.variance_factor() < simpler.chi2
+    }
 }
 
 /// Why the fit gives no result.
@@ -247,6 +260,7 @@ impl Model<'_> {
 /// Lines or settings that cannot be used, no convergence, or a corner that the lines do not determine.
 pub fn current_loop(lines: &[Line], settings: &Settings) -> Result<LagFit, LagError> {
     check(lines, settings)?;
+    let lines = &with_pooled_variances(lines);
     let model = Model { lines, settings: *settings, corner_hz: None };
     let most_delay_s = settings.most_delay_s;
     let fit = model.best(model.starts());
@@ -280,6 +294,7 @@ pub fn current_loop(lines: &[Line], settings: &Settings) -> Result<LagFit, LagEr
         hold_s: 0.5 * settings.period_s,
         damping: zeta.map(|z| [z, z * u(3)]),
         goodness,
+        chi2: fit.residual_variance * fit.dof as f64,
         misfit: goodness.is_misfit() || is_inexact(&goodness, &fit),
     })
 }

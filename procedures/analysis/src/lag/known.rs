@@ -2,6 +2,7 @@
 
 use super::{LagError, Model, Settings, check};
 use crate::frf::Line;
+use crate::frf::pooled::with_pooled_variances;
 use crate::goodness::Goodness;
 
 /// Transport through a loop of known corner.
@@ -28,6 +29,7 @@ pub fn transport_at_known_corner(
     [corner_hz, corner_u_hz]: [f64; 2],
 ) -> Result<KnownLag, LagError> {
     check(lines, settings)?;
+    let lines = &with_pooled_variances(lines);
     let fit_at = |hz: f64| {
         let model = Model { lines, settings: *settings, corner_hz: Some(hz) };
         model.best(model.starts()).ok_or(LagError::NoFit { most_delay_s: settings.most_delay_s })

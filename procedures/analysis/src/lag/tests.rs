@@ -108,6 +108,47 @@ fn a_loop_of_second_order_is_flagged_and_then_fitted() {
     assert!((second.corner_hz - 1000.0).abs() < 4.0 * second.corner_u_hz, "{second:?}");
 }
 
+/// Lines whose variances are those of three windows, two complex degrees of freedom each.
+fn of_three_windows(seed: u64, delay_s: f64, corner_hz: f64, damping: Option<f64>) -> Vec<Line> {
+    let exact = measured(seed, delay_s, corner_hz, damping, PERIOD_S, 1500.0);
+    let mut random = ChaCha8Rng::seed_from_u64(1000 + seed);
+    let estimated = |line: Line| {
+        let squares: f64 = (0..4).map(|_| gauss(&mut random).powi(2)).sum();
+        Line { variance: line.variance * squares / 4.0, dof: 2.0, ..line }
+    };
+    exact.into_iter().map(estimated).collect()
+}
+
+/// 200 seeds: 190 within 2 u are expected; fewer than 180 have a probability of one in a thousand. Of a misfit by chance,
+/// one in a thousand each, two have a probability of 2 %.
+#[test]
+fn three_windows_neither_make_a_first_order_loop_a_misfit_nor_its_delay_too_certain() {
+    let fits: Vec<LagFit> = (0..200)
+        .map(|seed| of_three_windows(seed, 2.4e-3, 941.0, None))
+        .map(|lines| current_loop(&lines, &settings(Order::First)).expect("determined"))
+        .collect();
+    let misfits = fits.iter().filter(|fit| fit.misfit).count();
+    assert!(misfits <= 1, "{misfits} of 200 taken for no loop of first order");
+    let within =
+        fits.iter().filter(|fit| (fit.transport_s - 2.4e-3).abs() <= 2.0 * fit.transport_u_s).count();
+    assert!((180..=199).contains(&within), "{within} of 200 within 2 u");
+}
+
+/// A second pole that is fitted to noise takes its lag from the delay: twelve seeds of a loop of first order.
+#[test]
+fn a_second_pole_is_taken_only_where_it_makes_the_fit_clearly_better() {
+    for seed in 0..12 {
+        let lines = of_three_windows(seed, 2.4e-3, 941.0, None);
+        let first = current_loop(&lines, &settings(Order::First)).expect("determined");
+        let second = current_loop(&lines, &settings(Order::Second));
+        assert!(!second.is_ok_and(|second| second.is_clearly_better_than(&first)), "seed {seed}");
+    }
+    let lines = of_three_windows(0, 2.8e-3, 1000.0, Some(0.5));
+    let [first, second] = [Order::First, Order::Second].map(|order| current_loop(&lines, &settings(order)));
+    let [first, second] = [first.expect("a corner"), second.expect("determined")];
+    assert!(second.is_clearly_better_than(&first), "{first:?} {second:?}");
+}
+
 #[test]
 fn bad_input_is_refused() {
     let good = measured(0, 2.8e-3, 1000.0, None, PERIOD_S, 1500.0);

@@ -2,16 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use super::super::frf::pooled::{Spread, spread};
 use super::super::frf::{C64, Frf};
-
-/// Fewest complex degrees of freedom with which the variance of a line is used alone. The reciprocal of a variance has a
-/// finite mean square only above two.
-const LEAST_VARIANCE_DOF: f64 = 3.0;
-
-/// Degrees of freedom to be reached by pooling neighbouring lines, where a line has fewer than [`LEAST_VARIANCE_DOF`].
-const JOINED_DOF: f64 = 32.0;
-/// Most neighbours that are pooled on each side.
-const MOST_REACH: usize = 32;
 
 /// Why lines cannot be fitted.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -115,40 +107,11 @@ pub(crate) fn check(frfs: &[Frf]) -> Result<bool, LineError> {
     Ok(known)
 }
 
-/// A variance with its complex degrees of freedom.
-#[derive(Clone, Copy)]
-struct Spread {
-    variance: f64,
-    dof: f64,
-}
-
 impl Spread {
     /// Factor on the variance that makes its reciprocal unbiased: ν/(ν − 1), from the mean of an inverse χ² with 2ν
     /// degrees of freedom.
     fn mean_factor(self) -> f64 {
         if self.dof.is_infinite() { 1.0 } else { self.dof / (self.dof - 1.0) }
-    }
-}
-
-/// Variance of line `k`. With fewer than [`LEAST_VARIANCE_DOF`] it is the mean over the line and its neighbours, as many
-/// on each side as make up [`JOINED_DOF`].
-///
-/// A variance of two or three windows that happens to be small would give its line all the weight. Pooling is allowed
-/// because noise is smooth over a few lines.
-fn spread(frf: &Frf, k: usize) -> Spread {
-    let own = &frf[k];
-    if own.dof >= LEAST_VARIANCE_DOF {
-        return Spread { variance: own.variance, dof: own.dof };
-    }
-    let mut reach = 0;
-    loop {
-        let near = &frf[k.saturating_sub(reach)..(k + reach + 1).min(frf.len())];
-        let dof: f64 = near.iter().map(|l| l.dof.clamp(0.0, JOINED_DOF)).sum();
-        if dof >= JOINED_DOF || reach >= MOST_REACH || near.len() == frf.len() {
-            let variance = near.iter().map(|l| l.variance).sum::<f64>() / near.len() as f64;
-            return Spread { variance, dof: dof.max(LEAST_VARIANCE_DOF) };
-        }
-        reach += 1;
     }
 }
 

@@ -82,13 +82,15 @@ pub(super) fn conclude(keys: &Keys, cases: &[Case], points: &[PointResult]) -> C
     conclusion
 }
 
-/// A fit that does not find the corner of the current loop where steps show that the delay jitters: that is why.
+/// A fit that finds no corner of the current loop, or no lag of first order, where steps show that the delay jitters: jitter
+/// smears the response, and neither corner nor delay of such a fit is that of the loop.
 fn blame_jitter(conclusion: &mut Conclusion, points: &[PointResult]) {
     let jitter = conclusion.measurements.iter().find(|m| m.measurand == JITTER);
     let Some(jitter_s) = jitter.and_then(|m| m.value).filter(|value| *value > LEAST_JITTER_S) else { return };
     let reason = ResponseReason::DelayJitters { jitter_s }.to_string();
     let is_lost = |point: &&PointResult| {
         matches!(point.inconclusive, Some(Reason::Lag(LagError::NotDetermined { .. })))
+            || point.reduced.get::<Loop>().is_some_and(|found| !found.is_of_first_order)
     };
     for lost in points.iter().filter(is_lost) {
         let mine = conclusion.measurements.iter_mut().filter(|m| m.point.as_deref() == Some(&lost.point));

@@ -166,6 +166,8 @@ const LEAST_LOOP_RATE_HZ: f64 = 4000.0;
 pub(super) struct Loop {
     pub(super) transport_s: Value,
     pub(super) corner_hz: Value,
+    /// A lag of first order describes the loop.
+    pub(super) is_of_first_order: bool,
 }
 
 /// The response to commands at a part of the loop rate.
@@ -203,6 +205,7 @@ pub(super) fn fit(case: &Case, window: &Window, limits: &AxisLimits) -> Result<P
         reduced: Reduced::to(Loop {
             transport_s: Value { value: fit.transport_s, u: u_s },
             corner_hz: Value { value: fit.corner_hz, u: fit.corner_u_hz },
+            is_of_first_order: fit.damping.is_none() && !fit.misfit,
         }),
         excluded: excluded(&found),
         ..PointResult::default()
@@ -210,7 +213,7 @@ pub(super) fn fit(case: &Case, window: &Window, limits: &AxisLimits) -> Result<P
 }
 
 /// The loop, remarks about it, and the standard uncertainty of its transport. A loop that is none of first order is taken
-/// as one of second order; where that does not fit either, what the two say of the transport differs by its uncertainty.
+/// as one of second order where that is clearly better; elsewhere the two differ in the transport by its uncertainty.
 fn loop_of(lines: &[Line], period_s: f64) -> Result<(LagFit, Vec<String>, f64), Reason> {
     let settings = Settings { period_s, order: Order::First, most_delay_s: MOST_DELAY_S };
     let first = current_loop(lines, &settings)?;
@@ -219,7 +222,7 @@ fn loop_of(lines: &[Line], period_s: f64) -> Result<(LagFit, Vec<String>, f64), 
     }
     let second = current_loop(lines, &Settings { order: Order::Second, ..settings });
     match second {
-        Ok(second) if !second.misfit => {
+        Ok(second) if !second.misfit && second.is_clearly_better_than(&first) => {
             Ok((second, vec!["current loop of second order".to_owned()], second.transport_u_s))
         }
         other => {
