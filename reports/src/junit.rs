@@ -1,7 +1,7 @@
 //! `junit.xml`: a test case for each requirement and limit, for build servers.
 //!
 //! Cases stand in the suite of the stage whose procedure decided them. Fail and conditional fail are failures; what the campaign must
-//! measure and did not, inconclusive requirements, and procedures that were aborted, errored or lost are errors. Screened, reported
+//! measure and did not, inconclusive requirements, estimates that disagree, and procedures that were aborted, errored or lost are errors. Screened, reported
 //! without a limit, not applicable, not in this campaign: skipped, with the reason. So a run that ends with exit code 0 has neither
 //! failures nor errors. `time` is the time on the rig, s.
 //!
@@ -59,6 +59,7 @@ pub fn render(results: &Results) -> String {
     }
     unmeasured.extend(named(findings));
     suites.push(alone("not-measured", unmeasured));
+    suites.push(alone("agreement", findings.disagreements.iter().map(|text| disagreement(text)).collect()));
     suites.push(alone("evidence", vec![evidence(results)]));
     suites.retain(|suite| !suite.cases.is_empty());
     write(results, &suites)
@@ -101,6 +102,12 @@ fn procedure_case(procedure: &ProcedureFindings, time_s: f64) -> Option<Case> {
         Status::Aborted | Status::Errored | Status::Lost => Result::Error("bench", message),
     };
     Some(Case { name: procedure.id.clone(), result, time_s, behind: Vec::new() })
+}
+
+/// Two estimates of one quantity that are too far apart: what is compared, up to the first colon, names the case.
+fn disagreement(sentence: &str) -> Case {
+    let name = sentence.split(':').next().unwrap_or(sentence).to_owned();
+    Case { name, result: Result::Error("inconclusive", sentence.to_owned()), time_s: 0.0, behind: Vec::new() }
 }
 
 /// A requirement and the limit of one of its measurands.

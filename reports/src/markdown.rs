@@ -35,6 +35,9 @@ pub fn render(results: &Results) -> String {
     if let Some(alarm) = safety::alarm(findings) {
         let _ = writeln!(out, "**Safety: {}**\n", text(&alarm));
     }
+    for sentence in &findings.disagreements {
+        let _ = writeln!(out, "**Estimates disagree: {}**\n", text(sentence));
+    }
     let rows = row::rows(findings);
     requirements(&mut out, &rows);
     not_measured(&mut out, &rows, &row::named_only(findings));

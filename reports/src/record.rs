@@ -147,6 +147,10 @@ pub struct Findings {
     pub not_in_this_campaign: Vec<String>,
     /// Requirements of the file that no kind of experiment measures yet.
     pub no_kind_measures_it_yet: Vec<String>,
+    /// Independent estimates of one quantity that are too far apart, a sentence each. Nothing passes with one of them: which
+    /// estimate is wrong is not known, and nor is what else it touches.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub disagreements: Vec<String>,
     /// What the drives do not enforce in the mode that the bench uses.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub not_enforced: Vec<NotEnforcedFinding>,

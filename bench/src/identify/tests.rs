@@ -59,6 +59,7 @@ fn run(measurements: Vec<Measurement>) -> Findings {
         outcomes: Vec::new(),
         not_in_this_campaign: Vec::new(),
         no_kind_measures_it_yet: Vec::new(),
+        disagreements: Vec::new(),
         not_enforced: Vec::new(),
         procedures: vec![procedure],
     }

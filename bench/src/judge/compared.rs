@@ -11,15 +11,15 @@ use reports::record::{ProcedureFindings, Status};
 
 use super::known;
 
-/// All that procedures of a campaign say of each other. `sources` names the procedure that measured the torque constant of an axis.
+/// All that procedures of a campaign say of each other; returns what disagrees, a sentence each. `sources` names the procedure that measured the torque constant of an axis.
 pub(super) fn compare_all(
     procedures: &mut [ProcedureFindings],
     sources: &BTreeMap<String, String>,
     requirements: &Requirements,
-) {
+) -> Vec<String> {
     hold_together(procedures, requirements);
     doubt_torques(procedures, sources, requirements);
-    compare_estimates(procedures, requirements);
+    compare_estimates(procedures, requirements)
 }
 
 /// Compares consecutive self-checks, in the order of the campaign, and judges again what rests on a channel that drifted.
@@ -74,8 +74,8 @@ fn doubt_torques(
     }
 }
 
-/// Compares what procedures in the final build state found of one quantity, and judges again what disagrees.
-fn compare_estimates(procedures: &mut [ProcedureFindings], requirements: &Requirements) {
+/// Compares what procedures in the final build state found of one quantity, and judges again what disagrees: a sentence each.
+fn compare_estimates(procedures: &mut [ProcedureFindings], requirements: &Requirements) -> Vec<String> {
     let in_final_state = |p: &ProcedureFindings| p.state.is_none();
     let mut found: Vec<_> = procedures
         .iter()
@@ -94,6 +94,15 @@ fn compare_estimates(procedures: &mut [ProcedureFindings], requirements: &Requir
             judge_again(procedure, requirements);
         }
     }
+    // Both procedures of a pair have the sentence.
+    let mut all: Vec<String> = Vec::new();
+    for (_, text) in sentences {
+        let sentence = format!("{text}.");
+        if !all.contains(&sentence) {
+            all.push(sentence);
+        }
+    }
+    all
 }
 
 /// Judges the measurements of a procedure again after they were put in doubt.

@@ -6,7 +6,7 @@ use procedures::requirement::{Requirement, Requirements};
 use procedures::verdict::{Outcome, Overall, Verdict, roll_up};
 use reports::record::{CampaignFindings, Findings, Origin, ProcedureFindings, RequirementFindings, Status};
 
-use super::known::{Known, settled, sources_of_constants};
+use super::known::{Known, Settled, settled};
 use super::{JudgedLog, compared, judge_log, safety, try_log};
 use crate::judge::stage::Progress;
 use crate::record::journal::sha256;
@@ -35,7 +35,8 @@ pub fn fold(by: &Fold<'_>, judged: &[Option<JudgedLog>]) -> Findings {
         let path = folder.join(&planned.log);
         Some(try_log(judge_log, &path, planned, by.requirements, known, page.seed).log)
     };
-    let settled = settled(judged, &again, by.requirements);
+    let Settled { logs: settled, sources_of_constants, mut disagreements } =
+        settled(judged, &again, by.requirements);
     let mut procedures: Vec<ProcedureFindings> = page
         .procedures
         .iter()
@@ -45,11 +46,14 @@ pub fn fold(by: &Fold<'_>, judged: &[Option<JudgedLog>]) -> Findings {
             _ => not_run(planned, so_far.held_back(i)),
         })
         .collect();
-    compared::compare_all(&mut procedures, &sources_of_constants(judged), by.requirements);
+    disagreements.extend(compared::compare_all(&mut procedures, &sources_of_constants, by.requirements));
     let verifies = procedures.iter().filter(|p| p.state.is_none());
     let measured: Vec<_> = verifies.map(|p| (p.id.clone(), p.measurements.clone())).collect();
     let (mut outcomes, mut overall) = roll_up(by.requirements, &measured, &page.must_measure, page.claim);
     unfinished(by, &procedures, &mut outcomes, &mut overall);
+    if !disagreements.is_empty() {
+        overall = overall.max(Overall::Inconclusive);
+    }
     let mut not_in_this_campaign = Vec::new();
     let mut no_kind_measures_it_yet = Vec::new();
     for outcome in outcomes.iter().filter(|o| o.judged == 0 && !o.required) {
@@ -74,6 +78,7 @@ pub fn fold(by: &Fold<'_>, judged: &[Option<JudgedLog>]) -> Findings {
         outcomes,
         not_in_this_campaign,
         no_kind_measures_it_yet,
+        disagreements,
         not_enforced: if procedures.iter().any(|p| p.safety.is_some()) {
             safety::not_enforced()
         } else {

@@ -93,6 +93,11 @@ impl Inertias {
         self.doubts.get(axis).map(String::as_str)
     }
 
+    /// What disagrees, a sentence an axis.
+    pub(super) fn doubts(&self) -> impl Iterator<Item = &str> {
+        self.doubts.values().map(String::as_str)
+    }
+
     /// The disagreement of an inertia by pulses with the responses of the same axis.
     fn doubt(&self, axis: &str, is_outer: bool, pulses: &Apparent) -> Option<String> {
         let response = self.best_over(axis, is_outer, Some([pulses.elevation_rad; 2]))?;

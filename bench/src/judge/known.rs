@@ -140,11 +140,6 @@ impl Known {
     }
 }
 
-/// Axes whose torques follow a measured constant, with the id of the procedure that measured it.
-pub(super) fn sources_of_constants(judged: &[Option<JudgedLog>]) -> BTreeMap<String, String> {
-    Known::found(judged).constants.into_iter().map(|(axis, found)| (axis, found.procedure)).collect()
-}
-
 /// Where a point has an axis while it measures: over its strokes, else where its last move ends, else where it starts.
 fn motion_rad(case: &Case, axis: &str) -> Option<[f64; 2]> {
     let start_rad = *case.start_pose_rad.get(axis)?;
@@ -200,6 +195,15 @@ pub(super) fn follows_constants(found: &ProcedureFindings) -> bool {
     ![signs::TORQUE_CONSTANT, signs::POLARITY].contains(&found.kind.as_str())
 }
 
+/// The logs of a run, each judged by all that the others found, and what they found.
+pub(super) struct Settled {
+    pub(super) logs: Vec<Option<JudgedLog>>,
+    /// Axes whose torques follow a measured constant, with the id of the procedure that measured it.
+    pub(super) sources_of_constants: BTreeMap<String, String>,
+    /// Inertias of which pulses and responses disagree, a sentence an axis.
+    pub(super) disagreements: Vec<String>,
+}
+
 /// The judged logs, each by all that the others found: those whose torques were told from a current are judged again by the
 /// torque constants and inertias that other logs measured, in whichever order they were recorded. `again` judges the log of an
 /// index; where it gives `None`, the log stays as it was judged.
@@ -207,7 +211,7 @@ pub(super) fn settled(
     judged: &[Option<JudgedLog>],
     again: &(dyn Fn(usize, &Known) -> Option<JudgedLog> + Sync),
     requirements: &Requirements,
-) -> Vec<Option<JudgedLog>> {
+) -> Settled {
     let known = Known::found(judged);
     let settle = |(index, log): (usize, &Option<JudgedLog>)| {
         let log = log.as_ref()?;
@@ -223,7 +227,10 @@ pub(super) fn settled(
         }
         Some(found)
     };
-    judged.par_iter().enumerate().map(settle).collect()
+    let logs = judged.par_iter().enumerate().map(settle).collect();
+    let sources = known.constants.iter().map(|(axis, found)| (axis.clone(), found.procedure.clone()));
+    let disagreements = known.inertias.doubts().map(|doubt| format!("{doubt}.")).collect();
+    Settled { logs, sources_of_constants: sources.collect(), disagreements }
 }
 
 /// Adds to the uncertainty of each torque what it changes by where inertias are one standard uncertainty larger. Where the inertia

@@ -65,6 +65,7 @@ pub(crate) fn results() -> Results {
         outcomes,
         not_in_this_campaign: vec!["POS-ACC".to_owned()],
         no_kind_measures_it_yet: vec!["FSM-BW".to_owned(), "STR-XAX".to_owned()],
+        disagreements: Vec::new(),
         not_enforced: safety::not_enforced(),
         procedures,
     };

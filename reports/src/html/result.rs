@@ -32,6 +32,7 @@ pub(super) fn write(m: &mut Markup, results: &Results) {
     m.open("section", &[("id", "result")]);
     banner(m, findings);
     alarm(m, findings);
+    disagreements(m, findings);
     evidence(m, results);
     let rows = row::rows(findings);
     shortfalls(m, &results.record, &rows);
@@ -69,6 +70,16 @@ fn alarm(m: &mut Markup, findings: &Findings) {
             m.text(&alarm);
             m.text(". ");
             m.element("a", &[("href", "#safety")], "See the safety page");
+        });
+    }
+}
+
+/// What keeps everything from passing, before anything that would pass.
+fn disagreements(m: &mut Markup, findings: &Findings) {
+    for sentence in &findings.disagreements {
+        m.within("p", &[("class", "alarm"), ("role", "status")], |m| {
+            m.element("strong", &[], "Estimates disagree: ");
+            m.text(sentence);
         });
     }
 }

@@ -73,6 +73,19 @@ fn a_run_that_ends_with_0_has_neither_failures_nor_errors_and_what_was_screened_
 }
 
 #[test]
+fn estimates_that_disagree_are_an_error_for_a_build_server_and_stand_at_the_top_of_the_report() {
+    let mut results = without_pictures();
+    let sentence = "viscous-coefficient of el: FAST found 81 ± 1, SLOW found 68 ± 1: 9.2 apart, 3 allowed.";
+    results.findings.disagreements = vec![sentence.to_owned()];
+    let case = format!("<error type=\"inconclusive\" message=\"{sentence}\"");
+    assert!(rendered("junit", &results).contains(&case), "{}", rendered("junit", &results));
+    let page = rendered("html", &results);
+    let place = |text: &str| page.find(text).unwrap_or_else(|| panic!("no {text} in the page"));
+    assert!(place("Estimates disagree: ") < place("Statement of conformity"));
+    assert!(rendered("md", &results).contains(&format!("**Estimates disagree: {sentence}**")));
+}
+
+#[test]
 fn a_procedure_that_did_not_come_to_its_end_is_an_error_with_its_reason() {
     let mut results = without_pictures();
     let procedure = &mut results.findings.procedures[0];

@@ -111,6 +111,7 @@ impl End<'_> {
             let reason = if one.reason.is_empty() { String::new() } else { format!(": {}", one.reason) };
             lines.push(format!("{} {}{reason}", one.status.word(), one.procedures.join(" ")));
         }
+        lines.extend(findings.disagreements.iter().map(|sentence| format!("estimates disagree: {sentence}")));
         lines.extend(findings.campaign.left_out.iter().cloned());
         let speed = record.speed_factor.map_or(String::new(), |f| format!(", {f:.0} simulated s per CPU s"));
         lines.push(format!("{:.0} s of rig time in {:.1} s{speed}", record.simulated_s, record.wall_s));

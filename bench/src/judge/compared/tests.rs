@@ -129,10 +129,26 @@ fn estimates_of_one_quantity_that_disagree_pass_nothing_and_both_say_so() {
     };
     let mut all = vec![friction("FAST", 200.0), friction("SLOW", 202.0)];
     assert!(all.iter().all(|p| p.verdict == Verdict::Pass));
-    compare_estimates(&mut all, &requirements());
+    let told = compare_estimates(&mut all, &requirements());
+    assert_eq!(told.len(), 1, "both say the same: {told:?}");
     let verdicts = [all[0].verdict, all[1].verdict];
     assert_eq!(verdicts, [Verdict::Inconclusive; 2], "2 N*m are 7 of their combined standard uncertainties");
     assert!(all.iter().all(|p| p.remarks.len() == 1), "{all:?}");
+}
+
+/// No requirement judges the viscous coefficient: no verdict of a procedure could tell of it.
+#[test]
+fn a_disagreement_about_what_nothing_judges_is_told_of_the_whole_campaign() {
+    let friction = |id: &str, value: f64| {
+        let viscous = told_by("/az current_a", "viscous-coefficient", Q::Damping, value);
+        procedure(id, "hysteresis", viscous)
+    };
+    let mut all = vec![friction("FAST", 300.0), friction("SLOW", 303.0)];
+    let told = compare_all(&mut all, &BTreeMap::new(), &requirements());
+    assert!(all.iter().all(|p| p.verdict == Verdict::None), "{all:?}");
+    assert!(told.len() == 1 && told[0].starts_with("viscous-coefficient of az"), "{told:?}");
+    let mut all = vec![friction("FAST", 300.0), friction("SLOW", 300.5)];
+    assert!(compare_all(&mut all, &BTreeMap::new(), &requirements()).is_empty());
 }
 
 #[test]

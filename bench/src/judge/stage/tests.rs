@@ -1,9 +1,11 @@
 use procedures::diagnostic::SourceFile;
 use procedures::measurement::{Estimate, Measurement, Proof};
 use procedures::quantity::QuantityKind;
+use procedures::verdict::Overall;
 use reports::record::Origin;
 
 use super::*;
+use crate::judge::findings::{Fold, fold};
 use crate::judge::missing;
 use crate::record::page::KeptFile;
 
@@ -126,4 +128,29 @@ fn a_requirement_is_read_from_every_stage_before_and_from_the_final_build_state_
     assert_eq!(with(Some(300.0), &["FRC-AZ"], false), held("it failed"));
     assert_eq!(with(None, &["FRC-AZ"], false), held("it was not measured"));
     assert_eq!(with(Some(200.0), &["FRC-AZ"], true), held("it was not measured"));
+}
+
+/// Friction passes in both procedures; the coefficient that they disagree about is judged by no requirement.
+#[test]
+fn a_run_passes_nothing_where_its_procedures_disagree_about_what_no_requirement_judges() {
+    let page = Page { stages: Vec::new(), ..page(&[]) };
+    let overall = |coefficients: [f64; 4]| {
+        let judged: Vec<Option<JudgedLog>> = coefficients
+            .iter()
+            .enumerate()
+            .map(|(index, value)| {
+                let mut log = completed(&page, index, Some(200.0));
+                let estimate = Some(Estimate { value: *value, u: 1.0, dof: 50.0, n: 51 });
+                let kind = QuantityKind::Damping;
+                let coefficient = Measurement::new("viscous-coefficient", "az", kind, estimate, "e/1");
+                log.findings.measurements.push(coefficient);
+                Some(log)
+            })
+            .collect();
+        let by = Fold { page: &page, requirements: &requirements(), requirements_text: "", folder: None };
+        let findings = fold(&by, &judged);
+        (findings.overall, findings.disagreements.len())
+    };
+    assert_eq!(overall([300.0, 301.0, 302.0, 300.0]), (Overall::Pass, 0));
+    assert_eq!(overall([300.0, 301.0, 302.0, 310.0]), (Overall::Inconclusive, 3));
 }
