@@ -27,6 +27,7 @@ pub struct Camera {
     opened_ns: f64,
     half_shutter: Duration,
     latency: Duration,
+    latency_spread_s: f64,
     clock: OwnClock,
     reacquisition: Duration,
     /// Pixels per radian: rows x, y; columns cross-elevation, elevation.
@@ -38,6 +39,8 @@ pub struct Camera {
     dropped: f64,
     /// Every so many-th frame is not sent; 0 for none.
     drop_period: u64,
+    /// Every so many-th frame does not show the target; 0 for none.
+    blank_period: u64,
     errors: Errors,
     counter: u64,
     next: Duration,
@@ -68,6 +71,7 @@ impl OwnClock {
 struct Errors {
     jitter: [Noise; 2],
     drop: Noise,
+    latency: Noise,
 }
 
 impl Camera {
@@ -87,6 +91,7 @@ impl Camera {
             opened_ns: 0.0,
             half_shutter,
             latency: seconds(settings.latency_s),
+            latency_spread_s: settings.latency_spread_s,
             clock: OwnClock {
                 offset: seconds(settings.clock_offset_s),
                 drift_ratio: settings.clock_drift_ratio,
@@ -102,6 +107,7 @@ impl Camera {
             scale: settings.scale_ratio,
             dropped: settings.dropped_ratio,
             drop_period: settings.drop_period_count.round() as u64,
+            blank_period: settings.blank_period_count.round() as u64,
             errors: Errors::new(name, address),
             counter: 0,
             next: half_shutter,
@@ -136,7 +142,8 @@ impl Camera {
     /// the shutter; `None` behind the camera.
     pub fn expose(&mut self, offset_rad: Option<[f64; 2]>) {
         let exposure = self.next;
-        let offset_px = offset_rad.map(|offset| self.pixels(offset)).filter(|px| self.quality(*px) > 0.0);
+        let shown_rad = offset_rad.filter(|_| !self.in_turn(self.blank_period));
+        let offset_px = shown_rad.map(|offset| self.pixels(offset)).filter(|px| self.quality(*px) > 0.0);
         self.seen_since = offset_px.and(self.seen_since.or(Some(exposure)));
         let lock = match self.seen_since {
             None => Lock::Lost,
@@ -155,15 +162,20 @@ impl Camera {
             quality: offset_px.map_or(0.0, |px| self.quality(px)) as f32,
             lock,
         };
-        let in_turn = self.drop_period > 0 && (self.counter + 1).is_multiple_of(self.drop_period);
-        if !in_turn && !self.errors.drops(self.counter, self.dropped) {
-            self.port.put(exposure + self.latency, encode(self.source, &sample));
+        if !self.in_turn(self.drop_period) && !self.errors.drops(self.counter, self.dropped) {
+            let beyond = self.errors.latency(self.counter, self.latency_spread_s);
+            self.port.put(exposure + self.latency + beyond, encode(self.source, &sample));
         }
         self.counter += 1;
         // From the number of the frame, so that no rounding adds up.
         let frames = (self.counter - self.counted_from) as f64;
         let opens = Duration::from_nanos((self.opened_ns + frames * self.period_ns).round() as u64);
         self.next = opens + self.half_shutter;
+    }
+
+    /// Whether the frame that is due is one of those that come every so many frames.
+    fn in_turn(&self, period: u64) -> bool {
+        period > 0 && (self.counter + 1).is_multiple_of(period)
     }
 
     fn pixels(&self, [cross, elevation]: [f64; 2]) -> [f64; 2] {
@@ -191,7 +203,11 @@ impl Camera {
 impl Errors {
     fn new(name: &str, address: &SeedAddress) -> Self {
         let noise = |what: &str| Noise::new(address, &format!("{name}.{what}"), 1.0);
-        Self { jitter: [noise("jitter-x"), noise("jitter-y")], drop: noise("drop") }
+        Self {
+            jitter: [noise("jitter-x"), noise("jitter-y")],
+            drop: noise("drop"),
+            latency: noise("latency"),
+        }
     }
 
     /// Uniform on both axes, this much peak to peak.
@@ -200,6 +216,14 @@ impl Errors {
             return [0.0; 2];
         }
         self.jitter.each_mut().map(|noise| peak_to_peak * uniform(noise, frame))
+    }
+
+    /// What the message of a frame takes beyond its latency, uniform up to this.
+    fn latency(&mut self, frame: u64, spread_s: f64) -> Duration {
+        if spread_s == 0.0 {
+            return Duration::ZERO;
+        }
+        Duration::from_secs_f64(spread_s * self.latency.uniform_at(frame))
     }
 
     fn drops(&mut self, frame: u64, share: f64) -> bool {

@@ -144,3 +144,31 @@ fn every_fifth_frame_is_not_sent_where_the_link_loses_them_in_turn() {
     let counters: Vec<u32> = frames(&settings, [0.0; 2], 12).iter().map(|sample| sample.counter).collect();
     assert_eq!(counters, [0, 1, 2, 3, 5, 6, 7, 8, 10, 11]);
 }
+
+#[test]
+fn messages_arrive_up_to_the_spread_after_the_latency_and_evenly_within_it() {
+    let settings = CameraSettings { latency_spread_s: 5e-3, ..coarse() };
+    let mut camera = camera(&settings);
+    let mut late_us: Vec<u64> = Vec::new();
+    for frame in 0..400 {
+        camera.expose(Some([0.0; 2]));
+        // The latency is 40 ms after the centre of the shutter.
+        let due_us = 20_000 * frame + 40_500;
+        let has_come = |late: &u64| !arrived(&mut camera, Duration::from_micros(due_us + late)).is_empty();
+        late_us.extend((0..=5000).step_by(100).find(has_come));
+    }
+    assert_eq!(late_us.len(), 400);
+    let mean_us = late_us.iter().sum::<u64>() as f64 / 400.0;
+    // Looked at every 100 us; 5 ms / sqrt(12) over 400 frames are 72 us.
+    assert!((mean_us - 2550.0).abs() < 4.0 * 72.0, "{mean_us}");
+    assert!(late_us.iter().any(|late| *late < 200) && late_us.iter().any(|late| *late > 4800));
+}
+
+#[test]
+fn every_fourth_frame_is_without_the_target_where_the_tracker_is_blind_in_turn() {
+    let settings = CameraSettings { blank_period_count: 4.0, reacquisition_s: 0.0, ..coarse() };
+    let locks: Vec<Lock> = frames(&settings, [0.0; 2], 9).iter().map(|sample| sample.lock).collect();
+    let lost: Vec<usize> = (0..9).filter(|&k| locks[k] == Lock::Lost).collect();
+    assert_eq!(lost, [3, 7]);
+    assert!((0..9).all(|k| lost.contains(&k) || locks[k] == Lock::Tracking), "{locks:?}");
+}

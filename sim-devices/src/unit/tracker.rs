@@ -13,6 +13,8 @@ pub struct CameraSettings {
     pub frame_rate_hz: f64,
     /// From the centre of the shutter to the message at the host.
     pub latency_s: f64,
+    /// What a message may take beyond that: width of a uniform distribution.
+    pub latency_spread_s: f64,
     /// What its own clock shows when the simulation begins.
     pub clock_offset_s: f64,
     /// Rate of its own clock over true time, less 1.
@@ -45,6 +47,8 @@ pub struct CameraSettings {
     pub dropped_ratio: f64,
     /// Every so many-th frame is never sent; 0 for none.
     pub drop_period_count: f64,
+    /// Every so many-th frame does not show the target; 0 for none.
+    pub blank_period_count: f64,
     /// Time from seeing the target again to measuring it.
     pub reacquisition_s: f64,
 }

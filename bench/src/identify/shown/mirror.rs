@@ -44,13 +44,14 @@ pub(in crate::identify) fn coupling_ratio(s: &Shown<'_>) -> Option<f64> {
     Some(motional_f / (clamped_f + motional_f))
 }
 
-/// Of the camera that the point names.
+/// Of the camera that the point names, on average over its messages.
 pub(in crate::identify) fn tracker_latency_s(s: &Shown<'_>) -> Option<f64> {
-    match s.finding.measurement.point.as_deref()? {
-        "coarse tracker" => Some(s.unit.trackers.coarse.latency_s),
-        "fine tracker" => Some(s.unit.trackers.fine.latency_s),
-        _ => None,
-    }
+    let camera = match s.finding.measurement.point.as_deref()? {
+        "coarse tracker" => &s.unit.trackers.coarse,
+        "fine tracker" => &s.unit.trackers.fine,
+        _ => return None,
+    };
+    Some(camera.latency_s + 0.5 * camera.latency_spread_s)
 }
 
 /// Azimuth's is that across elevation.

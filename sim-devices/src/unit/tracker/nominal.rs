@@ -6,6 +6,7 @@ use super::CameraSettings;
 pub(super) const COARSE: CameraSettings = CameraSettings {
     frame_rate_hz: 50.0,
     latency_s: 40.0 * 1e-3,
+    latency_spread_s: 0.0,
     clock_offset_s: 5000.0,
     clock_drift_ratio: 12.0 * 1e-6,
     shutter_s: 1.0 * 1e-3,
@@ -22,6 +23,7 @@ pub(super) const COARSE: CameraSettings = CameraSettings {
     scale_ratio: 1.06,
     dropped_ratio: 0.0,
     drop_period_count: 0.0,
+    blank_period_count: 0.0,
     reacquisition_s: 200.0 * 1e-3,
 };
 

@@ -22,6 +22,15 @@ pub(in crate::unit) const CAMERAS: &[Row] = &[
         field: |unit, k| &mut unit.trackers.camera_mut(k).latency_s,
     },
     Row {
+        keys: &["trackers.coarse-latency-spread", "trackers.fine-latency-spread"],
+        quantity: "time",
+        range_si: [0.0, 0.1],
+        defaults: &["0 ms"],
+        docs: &["Width of a uniform distribution of the time that a message takes beyond its latency."],
+        sources: &["ours: none"],
+        field: |unit, k| &mut unit.trackers.camera_mut(k).latency_spread_s,
+    },
+    Row {
         keys: &["trackers.coarse-clock-offset", "trackers.fine-clock-offset"],
         quantity: "time",
         range_si: [0.0, 4.0e9],
@@ -167,6 +176,15 @@ pub(in crate::unit) const CAMERAS: &[Row] = &[
         docs: &["Every n-th frame is not sent; 0: all are sent."],
         sources: &["ours: none"],
         field: |unit, k| &mut unit.trackers.camera_mut(k).drop_period_count,
+    },
+    Row {
+        keys: &["trackers.coarse-blank-period", "trackers.fine-blank-period"],
+        quantity: "count",
+        range_si: [0.0, 1.0e6],
+        defaults: &["0"],
+        docs: &["Every n-th frame does not show the target; 0: all do."],
+        sources: &["ours: none"],
+        field: |unit, k| &mut unit.trackers.camera_mut(k).blank_period_count,
     },
     Row {
         keys: &["trackers.coarse-reacquisition", "trackers.fine-reacquisition"],

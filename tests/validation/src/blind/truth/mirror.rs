@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use num_complex::Complex64;
 use procedures::measurement::Measurement;
 use sim_devices::physics::piezo::{Circuit, CircuitValues};
-use sim_devices::unit::UnitSettings;
+use sim_devices::unit::{CameraSettings, UnitSettings};
 
 use super::{at, place};
 use crate::prediction;
@@ -64,7 +64,16 @@ pub(super) fn coupling_ratio(m: &Measurement, unit: &UnitSettings) -> Option<f64
 
 /// The point's name says which tracker it was.
 pub(super) fn tracker_latency_s(m: &Measurement, unit: &UnitSettings) -> Option<f64> {
+    camera(m, unit).map(|camera| camera.latency_s + 0.5 * camera.latency_spread_s)
+}
+
+pub(super) fn tracker_jitter_s(m: &Measurement, unit: &UnitSettings) -> Option<f64> {
+    camera(m, unit).map(|camera| camera.latency_spread_s / 12.0_f64.sqrt())
+}
+
+/// The camera that the point names.
+fn camera<'a>(m: &Measurement, unit: &'a UnitSettings) -> Option<&'a CameraSettings> {
     let point = m.point.as_deref()?;
     let cameras = [("coarse tracker", &unit.trackers.coarse), ("fine tracker", &unit.trackers.fine)];
-    cameras.iter().find(|(name, _)| *name == point).map(|(_, camera)| camera.latency_s)
+    cameras.into_iter().find(|(name, _)| *name == point).map(|(_, camera)| camera)
 }
