@@ -19,6 +19,7 @@ pub const PROPERTIES: &[&str] = &[
     "bristle-stiffness",
     "cogging-amplitude",
     "cogging-order",
+    "cogging-peak",
     "coulomb-torque",
     "friction-torque",
     "hold-margin",

@@ -5,10 +5,12 @@ use nalgebra::Complex;
 use crate::uncertainty::{Component, within_and_between};
 
 mod branch;
+mod peak;
 mod pick;
 
 use branch::Background;
 pub use branch::Branch;
+pub use peak::{Line, Peak};
 use pick::Pick;
 
 #[cfg(test)]
@@ -81,6 +83,8 @@ pub struct Spectrum {
     pub amplitude: Vec<f64>,
     /// Harmonics of at least 2 % of the largest that stand above noise, by order.
     pub harmonics: Vec<Harmonic>,
+    /// Middle of the angles of all strokes.
+    pub middle_rad: f64,
 }
 
 impl Spectrum {
@@ -117,7 +121,7 @@ impl Spectrum {
         harmonics.retain(|h| h.strength() >= LEAST_SHARE * largest);
         harmonics.sort_by(|a, b| a.at_order_per_rev.total_cmp(&b.at_order_per_rev));
         let amplitude = raw.iter().zip(&grid.orders).map(|(c, o)| c.norm() / smear(*o, settings)).collect();
-        Some(Self { order_per_rev: grid.orders, amplitude, harmonics })
+        Some(Self { order_per_rev: grid.orders, amplitude, harmonics, middle_rad: middle_rad(branches) })
     }
 
     /// What another quantity of the same strokes has at the order of each harmonic; `None` if a branch is too short.
@@ -164,6 +168,11 @@ impl Harmonic {
         let single = [self.forward, self.reverse].into_iter().flatten().map(|a| a.amplitude);
         single.fold(self.mean.amplitude, f64::max)
     }
+}
+
+fn middle_rad(branches: &[Branch]) -> f64 {
+    let angles = || branches.iter().flat_map(|b| b.angle_rad.iter().copied());
+    0.5 * (angles().fold(f64::INFINITY, f64::min) + angles().fold(f64::NEG_INFINITY, f64::max))
 }
 
 /// Noise of the transform around each order, by direction and for their mean.

@@ -23,6 +23,7 @@ mod tracking;
 use controllers::{AxisGains, DirectorGains};
 use sim_devices::unit::{AxisSettings, StructureSettings, UnitSettings};
 
+pub(crate) use friction::cogging_peak_nm;
 pub use loops::{TRACK_HZ, TRACK_PERIOD_S, VELOCITY_HZ};
 pub use mirror::{
     MODES_HZ as MIRROR_MODES_HZ, open_loop as mirror_open_loop, optical_gain_departure,

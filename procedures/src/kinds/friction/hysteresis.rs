@@ -13,6 +13,7 @@ use crate::quantity::QuantityKind as Q;
 mod cogging;
 mod conclude;
 mod evenness;
+mod peak;
 mod pictures;
 mod point;
 mod reach;
@@ -43,6 +44,8 @@ const AMPLITUDE_CURRENT: &str = "cogging-current";
 const HARMONIC: &str = "cogging-harmonic";
 const HARMONIC_CURRENT: &str = "cogging-harmonic-current";
 const PHASE: &str = "cogging-phase";
+const PEAK: &str = "cogging-peak";
+const PEAK_CURRENT: &str = "cogging-peak-current";
 
 const MEASURANDS: &[Measurand] = &[
     Measurand::new(
@@ -96,6 +99,16 @@ const MEASURANDS: &[Measurand] = &[
         "Amplitude of one spatial harmonic as motor current, for records without a torque constant.",
     ),
     Measurand::new(PHASE, Q::Angle, "Phase φ of one spatial harmonic A·cos(order·θ + φ)."),
+    Measurand::new(
+        PEAK,
+        Q::Torque,
+        "Peak of the cogging ripple: largest magnitude of the sum of all spatial harmonics over the travel.",
+    ),
+    Measurand::new(
+        PEAK_CURRENT,
+        Q::Current,
+        "Peak of the cogging ripple as motor current, for records without a torque constant.",
+    ),
 ];
 
 pub(in crate::kinds) const KIND: Kind =
@@ -119,10 +132,10 @@ impl Experiment for Sweep {
             names.extend([UNBALANCE, SPRING, STIFFNESS]);
         }
         if self.gives_cogging() {
-            names.extend([ORDER, AMPLITUDE, HARMONIC, PHASE]);
+            names.extend([ORDER, AMPLITUDE, HARMONIC, PHASE, PEAK]);
         }
         if self.imported() {
-            names.extend([AMPLITUDE_CURRENT, HARMONIC_CURRENT]);
+            names.extend([AMPLITUDE_CURRENT, HARMONIC_CURRENT, PEAK_CURRENT]);
         }
         Some(names)
     }

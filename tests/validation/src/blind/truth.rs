@@ -9,6 +9,8 @@ mod mirror;
 use procedures::measurement::Measurement;
 use sim_devices::unit::{AxisSettings, UnitSettings};
 
+use crate::prediction::cogging_peak_nm;
+
 /// A measurand with a truth.
 #[derive(Clone, Copy)]
 pub struct Known {
@@ -44,6 +46,7 @@ pub const KNOWN: &[Known] = &[
     known("cogging-amplitude", |m, unit| Some(axis(m, unit)?.cogging_amplitude_nm), "setting of the strongest line"),
     known("cogging-harmonic", drivetrain::cogging_harmonic_nm, "setting of the line of that order"),
     known("cogging-phase", drivetrain::cogging_phase_rad, "setting of the line of that order, as the encoder's zero shifts it"),
+    known("cogging-peak", |m, unit| Some(cogging_peak_nm(axis(m, unit)?)), "largest sum of the lines over a turn"),
     known("cogging-order", |m, unit| Some(axis(m, unit)?.cogging_orders_per_rev), "setting"),
     known("bristle-stiffness", |m, unit| Some(axis(m, unit)?.bristle_stiffness_nm_per_rad), "setting"),
     known("presliding-damping", |m, unit| axis(m, unit).map(|axis| axis.bristle_damping_nm_s_per_rad + axis.viscous_damping_nm_s_per_rad), "sum of two settings, as the measurand is"),

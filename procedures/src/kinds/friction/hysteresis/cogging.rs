@@ -8,9 +8,10 @@ use analysis::derivative::Differentiator;
 use analysis::estimate::Estimate;
 use analysis::uncertainty::{Component, combine};
 
+use super::peak;
 use super::point::{Cogging, Finding, SlidingPoint};
 use super::strokes::Maps;
-use super::{AMPLITUDE, AMPLITUDE_CURRENT, HARMONIC, HARMONIC_CURRENT, ORDER, PHASE};
+use super::{AMPLITUDE, AMPLITUDE_CURRENT, HARMONIC, HARMONIC_CURRENT, ORDER, PEAK, PHASE};
 use crate::axis::AxisLimits;
 use crate::measurement::{Condition, Measurement};
 use crate::quantity::QuantityKind as Q;
@@ -180,12 +181,16 @@ pub(super) fn measure(
     slowest: Option<&WithSpectrum<'_>>,
 ) -> Vec<Measurement> {
     match slowest {
-        Some(slowest) => [slowest.main_line(axis, limits), slowest.harmonics(axis)].concat(),
+        Some(slowest) => {
+            let peak = slowest.peak(axis, limits);
+            [slowest.main_line(axis, limits), vec![peak], slowest.harmonics(axis)].concat()
+        }
         None => {
             let reason = FrictionReason::NoCogging { least: LEAST_PERIODS };
             vec![
                 Measurement::inconclusive(ORDER, axis, Q::SpatialOrder, ESTIMATOR, &reason),
-                Measurement::inconclusive(AMPLITUDE, axis, Q::Torque, ESTIMATOR, reason),
+                Measurement::inconclusive(AMPLITUDE, axis, Q::Torque, ESTIMATOR, &reason),
+                Measurement::inconclusive(PEAK, axis, Q::Torque, peak::ESTIMATOR, reason),
             ]
         }
     }
@@ -272,13 +277,18 @@ impl WithSpectrum<'_> {
     /// mean of both directions, too. It is taken off as far as the slope of friction is known. What the slope may be off counts with
     /// the ripple of a single direction, because friction that lags does not cancel as the mean of the rate may.
     pub(super) fn cogging_line(&self, harmonic: &Harmonic) -> Amplitude {
+        let (left, of_slope) = self.freed_of_friction(harmonic);
+        let spread = combine(&[Component { u: left.u, dof: left.dof }, of_slope]);
+        Amplitude { u: spread.u, dof: spread.dof, ..left }
+    }
+
+    /// The line of the cogging with its own noise, and what the slope of friction may be off: the same slope for every line.
+    pub(super) fn freed_of_friction(&self, harmonic: &Harmonic) -> (Amplitude, Component) {
         let harmonics = &self.cogging.spectrum.harmonics;
         let index = harmonics.iter().position(|h| h.at_order_per_rev == harmonic.at_order_per_rev);
         let rate = index.and_then(|k| self.cogging.rate_lines_rad_per_s.get(k)).copied().unwrap_or_default();
         let left = harmonic.mean.less(self.slope.known * rate.mean);
-        let of_slope = Component::known(self.slope.half_width * rate.largest / 3_f64.sqrt());
-        let spread = combine(&[Component { u: left.u, dof: left.dof }, of_slope]);
-        Amplitude { u: spread.u, dof: spread.dof, ..left }
+        (left, Component::known(self.slope.half_width * rate.largest / 3_f64.sqrt()))
     }
 
     fn estimate(&self, amplitude: &Amplitude) -> Estimate {
@@ -292,7 +302,11 @@ impl WithSpectrum<'_> {
     }
 
     fn measurement(&self, name: &str, axis: &str, kind: Q, estimate: Estimate) -> Measurement {
-        let mut m = Measurement::new(name, axis, kind, Some(estimate), ESTIMATOR);
+        self.described(Measurement::new(name, axis, kind, Some(estimate), ESTIMATOR))
+    }
+
+    /// With the point that it comes from.
+    pub(super) fn described(&self, mut m: Measurement) -> Measurement {
         m.point = Some(self.point.name.clone());
         m.conditions.clone_from(&self.point.conditions);
         m.evidence.clone_from(&self.point.evidence);

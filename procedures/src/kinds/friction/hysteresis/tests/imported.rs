@@ -154,6 +154,11 @@ fn maps_of_a_real_motor_give_the_check_values_of_their_readme() {
     // Mean of directions at 84: the two maps are 35° apart there, so it is smaller than either.
     let mean = harmonic(&found, 84.0, 0.0).expect("the slots").amplitude_a;
     assert!((mean - 0.1212).abs() < 5e-4, "{mean}");
+    let peak = find(&found, "cogging-peak-current").value.expect("lines");
+    let lines = found.measurements.iter().filter(|m| m.measurand == "cogging-harmonic-current");
+    let means = lines.filter(|m| m.conditions.iter().all(|c| c.name != "direction")).filter_map(|m| m.value);
+    let [largest, all] = means.fold([0.0_f64, 0.0], |[most, sum], a| [most.max(a), sum + a]);
+    assert!(largest < peak && peak < all, "{largest} A, {peak} A, {all} A");
     assert!(!found.measurements.iter().any(|m| m.measurand == "unbalance-torque"));
 }
 

@@ -173,7 +173,7 @@ fn what_a_sweep_yields_follows_its_keys() {
     let friction = yields(
         "[sweep]\nvelocity = [\"2 deg/s\", \"10 deg/s\", \"20 deg/s\"]\nspan = \"-60 deg .. 60 deg\"\n",
     );
-    assert_snapshot!(friction, @r#"friction-torque friction-difference friction-unevenness coulomb-torque viscous-coefficient unbalance-torque spring-torque spring-stiffness cogging-order cogging-amplitude cogging-harmonic cogging-phase"#);
+    assert_snapshot!(friction, @r#"friction-torque friction-difference friction-unevenness coulomb-torque viscous-coefficient unbalance-torque spring-torque spring-stiffness cogging-order cogging-amplitude cogging-harmonic cogging-phase cogging-peak"#);
     let stribeck = yields("[sweep]\nfrom = \"0.4 deg/s\"\nto = \"60 deg/s\"\ncount = 30\nperiods = 2\n");
     assert_snapshot!(stribeck, @r#"friction-torque friction-difference friction-unevenness coulomb-torque viscous-coefficient static-torque stribeck-velocity stribeck-shape"#);
     let fast = yields("[sweep]\nvelocity = [\"20 deg/s\"]\nspan = \"-60 deg .. 60 deg\"\n");

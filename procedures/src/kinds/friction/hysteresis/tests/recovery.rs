@@ -26,6 +26,9 @@ fn elevation_friction_unbalance_and_spring_come_back() {
     near(find(&found, "spring-torque"), truth.spring_nm_per_rad * 50_f64.to_radians(), 0.02);
     near(find(&found, "cogging-amplitude"), 5.07, 0.01);
     near(find(&found, "cogging-order"), 108.0, 0.001);
+    let peak = find(&found, "cogging-peak");
+    near(peak, peak_nm(&truth), 0.02);
+    assert!(peak.u < 0.03 * peak_nm(&truth), "{peak:?}");
     assert!(
         found.remarks.iter().any(|r| r.contains("not determined (5 velocities, 15 needed)")),
         "{:?}",
@@ -284,4 +287,28 @@ fn the_same_window_gives_the_same_bytes() {
     let text = "[sweep]\nvelocity = [\"10 deg/s\"]\nspan = \"-20 deg .. 20 deg\"\ncycles = 1\n";
     let json = || serde_json::to_string(&run(text, &azimuth(), 1000.0, 7)).expect("plain numbers");
     assert_eq!(json(), json());
+}
+
+/// Largest cogging on a grid of 2000 points in a period of azimuth and 2667 in one of elevation.
+fn peak_nm(truth: &Truth) -> f64 {
+    let angle_rad = |k: i32| std::f64::consts::TAU * f64::from(k) / 288_000.0;
+    (0..288_000).map(|k| truth.cogging_nm(angle_rad(k)).abs()).fold(0.0, f64::max)
+}
+
+/// With the second line half of the first, phases decide whether the peak is a tenth or a half above the first line.
+#[test]
+fn the_peak_of_cogging_depends_on_the_phases_of_its_lines() {
+    let text =
+        "[sweep]\nvelocity = [\"0.5 deg/s\", \"1 deg/s\"]\nperiods = 24\ncentre = \"0 deg\"\ncycles = 1\n";
+    let mut peaks_nm = Vec::new();
+    for phase_rad in [0.8, 0.8 + std::f64::consts::FRAC_PI_2] {
+        let mut truth = azimuth();
+        truth.cogging = vec![[144.0, 8.45, 0.4], [288.0, 4.2, phase_rad], [24.0, 2.0, 1.0]];
+        let found = run(text, &truth, RATE_HZ, 5);
+        let peak = find(&found, "cogging-peak");
+        near(peak, peak_nm(&truth), 0.03);
+        assert!(peak.flags.iter().any(|flag| flag.starts_with("sum of 3 lines")), "{:?}", peak.flags);
+        peaks_nm.extend(peak.value);
+    }
+    assert!(peaks_nm[0] > 14.2 && peaks_nm[1] < 13.7, "{peaks_nm:?}");
 }
