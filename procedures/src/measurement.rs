@@ -104,9 +104,12 @@ impl Condition {
         case.requested.iter().map(condition).collect()
     }
 
-    /// Both values, where what was reached is not what was asked for.
-    fn departure(&self) -> Option<String> {
-        let reached = self.achieved?;
+    /// Whether what was reached is what was asked for; not where nothing tells.
+    pub(crate) fn is_as_requested(&self) -> bool {
+        self.achieved.is_some_and(|reached| !self.departs(reached))
+    }
+
+    fn departs(&self, reached: f64) -> bool {
         // Below this neither an axis nor a person tells an angle or a rate from none.
         let least = match self.kind {
             QuantityKind::Angle => 2e-3,
@@ -114,8 +117,13 @@ impl Condition {
             _ => 0.0,
         };
         let allowed = (DEPARTURE_RATIO * self.requested.abs()).max(least);
-        let departs = (reached - self.requested).abs() > allowed || reached.is_nan();
-        departs.then(|| {
+        (reached - self.requested).abs() > allowed || reached.is_nan()
+    }
+
+    /// Both values, where what was reached is not what was asked for.
+    fn departure(&self) -> Option<String> {
+        let reached = self.achieved?;
+        self.departs(reached).then(|| {
             let [asked, reached] = [self.requested, reached].map(|value| self.kind.format(value));
             format!("{}: {asked} requested, {reached} reached", self.name)
         })

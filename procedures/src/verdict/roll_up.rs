@@ -140,8 +140,8 @@ fn covered(measured: Verdict, is_covered: bool, is_screening: bool) -> Verdict {
     }
 }
 
-/// What the requirement demands and nobody measured: measurands with a limit, values of conditions that it lists, axes and
-/// stretches that it claims.
+/// What the requirement demands and nobody measured: measurands with a limit, values of conditions that it lists (asked for and
+/// reached), axes and stretches that it claims.
 fn missing(requirement: &Requirement, seen: &[&Measurement]) -> [Vec<String>; 3] {
     let limited = requirement.judges.iter().filter(|j| j.is_limited());
     let unseen = limited.filter(|j| seen.iter().all(|m| m.measurand != j.measurand));
@@ -151,7 +151,7 @@ fn missing(requirement: &Requirement, seen: &[&Measurement]) -> [Vec<String>; 3]
         let Meets::OneOf { values: listed, .. } = &filter.meets else { continue };
         let is_measured = |value: f64| {
             let mut conditions = seen.iter().flat_map(|m| &m.conditions);
-            conditions.any(|c| c.name == filter.condition && same(c.requested, value))
+            conditions.any(|c| c.name == filter.condition && same(c.requested, value) && c.is_as_requested())
         };
         let kind = kind_of(&filter.condition);
         let text = |v: f64| kind.map_or_else(|| v.to_string(), |k| k.format(v));

@@ -3,6 +3,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::campaign::Claim;
+use crate::condition::Meets;
 use crate::measurement::Condition;
 use crate::quantity::QuantityKind as K;
 use crate::requirement::{Cover, Judged, Requirements, Rule, Take, Where};
@@ -402,4 +403,25 @@ proptest! {
             prop_assert!(judgement.probability_outside <= Some(0.02275 + 1e-9));
         }
     }
+}
+
+/// A pose that the axis did not reach was not measured, though the procedure asked for it.
+#[test]
+fn a_listed_pose_counts_where_it_was_reached_and_not_where_it_was_only_asked_for() {
+    let listed = Where {
+        condition: "elevation".to_owned(),
+        meets: Meets::OneOf { values: vec![20_f64.to_radians()], text: "20 deg".to_owned() },
+    };
+    let base = requirement("HOLD", K::Torque, Some("<= 10 N*m"), Rule::GuardedU);
+    let requirements = Requirements { all: vec![Requirement { conditions: vec![listed], ..base }] };
+    let found = |reached_deg: Option<f64>| {
+        let mut one = sweep("el", &[20.5]);
+        one[0].conditions[0].achieved = reached_deg.map(f64::to_radians);
+        let (outcomes, _) = roll_up(&requirements, &[("P".to_owned(), one)], &[], Claim::Acceptance);
+        (outcomes[0].verdict, outcomes[0].reason.clone())
+    };
+    assert_eq!(found(Some(20.4)), (Verdict::Pass, None));
+    let not_measured = (Verdict::Inconclusive, Some("not measured: elevation 20 deg".to_owned()));
+    assert_eq!(found(Some(24.0)), not_measured);
+    assert_eq!(found(None), not_measured);
 }

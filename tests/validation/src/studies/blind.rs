@@ -163,6 +163,11 @@ fn report_on_limits(all: &[Unit]) -> ExitCode {
     if is_wrong { ExitCode::FAILURE } else { ExitCode::SUCCESS }
 }
 
+/// Whether an interlock ended a point of a unit of which no requirement fails.
+fn trips_in_health(unit: &Unit) -> bool {
+    unit.failed.is_empty() && unit.troubles.iter().any(|trouble| trouble.contains(": tripped: "))
+}
+
 /// What a shard kept.
 fn load(path: &str) -> Vec<Unit> {
     let text = std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{path}: {error}"));
@@ -221,6 +226,7 @@ fn report(all: &[Unit]) -> ExitCode {
         || lines.iter().any(|line| line.is_wrong)
         || passes.iter().any(|one| one.outside_in_u > 1.0)
         || passes.len() > most_passes
-        || fails.len() > most_fails;
+        || fails.len() > most_fails
+        || all.iter().any(trips_in_health);
     if is_wrong { ExitCode::FAILURE } else { ExitCode::SUCCESS }
 }
