@@ -54,13 +54,7 @@ pub fn fold(by: &Fold<'_>, judged: &[Option<JudgedLog>]) -> Findings {
     if !disagreements.is_empty() {
         overall = overall.max(Overall::Inconclusive);
     }
-    let mut not_in_this_campaign = Vec::new();
-    let mut no_kind_measures_it_yet = Vec::new();
-    for outcome in outcomes.iter().filter(|o| o.judged == 0 && !o.required) {
-        let judgeable = by.requirements.get(&outcome.requirement).is_some_and(|r| !r.judges.is_empty());
-        let list = if judgeable { &mut not_in_this_campaign } else { &mut no_kind_measures_it_yet };
-        list.push(outcome.requirement.clone());
-    }
+    let [not_in_this_campaign, no_kind_measures_it_yet] = unmeasured(by, &outcomes);
     let mut findings = Findings {
         campaign: CampaignFindings {
             id: page.campaign.clone(),
@@ -88,6 +82,18 @@ pub fn fold(by: &Fold<'_>, judged: &[Option<JudgedLog>]) -> Findings {
     };
     findings.make_finite();
     findings
+}
+
+/// Ids of the requirements that nothing was judged by and the campaign need not measure: those that some kind measures, and those
+/// that none does yet.
+fn unmeasured(by: &Fold<'_>, outcomes: &[Outcome]) -> [Vec<String>; 2] {
+    let [mut in_another_campaign, mut by_no_kind] = [Vec::new(), Vec::new()];
+    for outcome in outcomes.iter().filter(|o| o.judged == 0 && !o.required) {
+        let judgeable = by.requirements.get(&outcome.requirement).is_some_and(|r| !r.judges.is_empty());
+        let list = if judgeable { &mut in_another_campaign } else { &mut by_no_kind };
+        list.push(outcome.requirement.clone());
+    }
+    [in_another_campaign, by_no_kind]
 }
 
 fn in_findings(by: &Fold<'_>) -> Vec<RequirementFindings> {
