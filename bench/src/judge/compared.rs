@@ -11,7 +11,8 @@ use reports::record::{ProcedureFindings, Status};
 
 use super::known;
 
-/// All that procedures of a campaign say of each other; returns what disagrees, a sentence each. `sources` names the procedure that measured the torque constant of an axis.
+/// All that procedures of a campaign say of each other; returns what disagrees, a sentence each. `sources` names the procedure
+/// that measured the torque constant of an axis.
 pub(super) fn compare_all(
     procedures: &mut [ProcedureFindings],
     sources: &BTreeMap<String, String>,

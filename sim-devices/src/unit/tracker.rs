@@ -53,6 +53,13 @@ pub struct CameraSettings {
     pub reacquisition_s: f64,
 }
 
+impl CameraSettings {
+    /// From the centre of the shutter to the message at the host, on average, s.
+    pub fn mean_latency_s(&self) -> f64 {
+        self.latency_s + 0.5 * self.latency_spread_s
+    }
+}
+
 /// Coarse and fine video tracker.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrackersSettings {

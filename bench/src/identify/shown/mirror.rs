@@ -51,7 +51,7 @@ pub(in crate::identify) fn tracker_latency_s(s: &Shown<'_>) -> Option<f64> {
         "fine tracker" => &s.unit.trackers.fine,
         _ => return None,
     };
-    Some(camera.latency_s + 0.5 * camera.latency_spread_s)
+    Some(camera.mean_latency_s())
 }
 
 /// Azimuth's is that across elevation.

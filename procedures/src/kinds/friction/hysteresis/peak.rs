@@ -1,6 +1,6 @@
 //! Peak of the cogging ripple: the largest magnitude that all lines make together.
 
-use analysis::cogging::{Harmonic, LEAST_SHARE, Line, Peak};
+use analysis::cogging::{Amplitude, Harmonic, LEAST_SHARE, Line, Peak};
 use analysis::estimate::Estimate;
 use analysis::uncertainty::{Component, combine};
 
@@ -20,13 +20,18 @@ impl WithSpectrum<'_> {
         let kind = self.point.kind;
         let name = if kind == Q::Torque { PEAK } else { PEAK_CURRENT };
         let harmonics = &self.cogging.spectrum.harmonics;
-        let lines: Vec<Line> = harmonics.iter().map(|h| self.line_of_sum(h)).collect();
+        let freed: Vec<(Amplitude, Component)> =
+            harmonics.iter().map(|h| self.freed_of_friction(h)).collect();
+        let lines: Vec<Line> =
+            harmonics.iter().zip(&freed).map(|(harmonic, (left, _))| line_of_sum(harmonic, *left)).collect();
         let Some(peak) = Peak::new(&lines, limits.travel_rad, self.cogging.spectrum.middle_rad) else {
             let to = self.cogging.spectrum.order_per_rev.last().copied().unwrap_or(0.0);
             let reason = FrictionReason::NoLine { from: 0.0, to };
             return self.described(Measurement::inconclusive(name, axis, kind, ESTIMATOR, reason));
         };
-        let estimate = self.estimate_of_peak(&peak, &lines);
+        // What the slope of friction may be off is one error in all lines, so their shares add up.
+        let of_slope = freed.iter().map(|(_, of_slope)| of_slope.u).sum();
+        let estimate = self.estimate_of_peak(&peak, &lines, of_slope);
         let mut m = self.described(Measurement::new(name, axis, kind, Some(estimate), ESTIMATOR));
         let count = lines.len();
         let sum = if count == 1 { "one line".to_owned() } else { format!("sum of {count} lines") };
@@ -34,20 +39,10 @@ impl WithSpectrum<'_> {
         m
     }
 
-    /// A harmonic freed of friction, with its noise alone.
-    fn line_of_sum(&self, harmonic: &Harmonic) -> Line {
-        let order_per_rev = harmonic.at_order_per_rev;
-        let is_whole = order_per_rev.fract() == 0.0;
-        let order_u_per_rev = if is_whole { 0.0 } else { harmonic.order_u_per_rev };
-        Line { order_per_rev, order_u_per_rev, amplitude: self.freed_of_friction(harmonic).0 }
-    }
-
-    /// What the slope of friction may be off is one error in all lines, so their shares add up. A line below the share that is
-    /// looked at may be missing (half-width). The largest value of a noisy sum is too large by `excess` at the most (half-width).
-    fn estimate_of_peak(&self, peak: &Peak, lines: &[Line]) -> Estimate {
+    /// A line below the share that is looked at may be missing (half-width). The largest value of a noisy sum is too large by
+    /// `excess` at the most (half-width).
+    fn estimate_of_peak(&self, peak: &Peak, lines: &[Line], of_slope: f64) -> Estimate {
         let root = 3_f64.sqrt();
-        let harmonics = self.cogging.spectrum.harmonics.iter();
-        let of_slope: f64 = harmonics.map(|h| self.freed_of_friction(h).1.u).sum();
         let largest = lines.iter().map(|line| line.amplitude.amplitude).fold(0.0, f64::max);
         let spread = combine(&[
             peak.spread,
@@ -59,4 +54,12 @@ impl WithSpectrum<'_> {
         ]);
         Estimate { value: peak.value, u: spread.u, dof: spread.dof, n: self.cogging.points_count }
     }
+}
+
+/// A harmonic with what is left of it without friction.
+fn line_of_sum(harmonic: &Harmonic, left: Amplitude) -> Line {
+    let order_per_rev = harmonic.at_order_per_rev;
+    let is_whole = order_per_rev.fract() == 0.0;
+    let order_u_per_rev = if is_whole { 0.0 } else { harmonic.order_u_per_rev };
+    Line { order_per_rev, order_u_per_rev, amplitude: left }
 }

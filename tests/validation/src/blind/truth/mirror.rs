@@ -64,7 +64,7 @@ pub(super) fn coupling_ratio(m: &Measurement, unit: &UnitSettings) -> Option<f64
 
 /// The point's name says which tracker it was.
 pub(super) fn tracker_latency_s(m: &Measurement, unit: &UnitSettings) -> Option<f64> {
-    camera(m, unit).map(|camera| camera.latency_s + 0.5 * camera.latency_spread_s)
+    camera(m, unit).map(CameraSettings::mean_latency_s)
 }
 
 pub(super) fn tracker_jitter_s(m: &Measurement, unit: &UnitSettings) -> Option<f64> {
