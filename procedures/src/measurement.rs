@@ -53,6 +53,16 @@ pub struct Evidence {
     pub t1_s: f64,
 }
 
+/// On which side of a value the truth lies, where no more than that is known, and why.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Bound {
+    /// The truth is the value or more.
+    AtLeast(String),
+    /// The truth is the value or less.
+    AtMost(String),
+}
+
 /// A measured value, or the reason why there is none.
 ///
 /// `value` and `u` are in the SI unit of `kind`. A measurement without a value is inconclusive and says why in
@@ -90,6 +100,25 @@ pub struct Measurement {
     /// Why it passes no limit, whatever its value. A shortfall stands.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub doubt: Option<String>,
+    /// Where the value is only a bound of the truth: it passes and fails only limits that it decides.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bound: Option<Bound>,
+}
+
+impl Bound {
+    /// Why the truth is only known to lie on one side.
+    pub fn reason(&self) -> &str {
+        let (Self::AtLeast(reason) | Self::AtMost(reason)) = self;
+        reason
+    }
+
+    /// Sign of print before the value.
+    pub fn sign(&self) -> &'static str {
+        match self {
+            Self::AtLeast(_) => "≥",
+            Self::AtMost(_) => "≤",
+        }
+    }
 }
 
 impl Condition {
@@ -162,6 +191,7 @@ impl Measurement {
             evidence: Vec::new(),
             inconclusive: None,
             doubt: None,
+            bound: None,
         }
     }
 

@@ -204,7 +204,7 @@ fn fill_numbers(row: &mut Row<'_>, measurement: &Measurement, judgement: &Judgem
     let Some(value) = measurement.value else { return };
     let unit = limit.as_ref().map_or_else(|| Shown::of_kind(measurement.kind), Shown::of_limit);
     let (value_text, u_text) = unit.pair(value, judgement.expanded_u);
-    row.value = unit.text(&value_text);
+    row.value = bounded(measurement, unit.text(&value_text));
     row.expanded_u = unit.text(&u_text);
     if let Some(special) = &judgement.limit {
         row.limit = format!("{} (here {})", row.limit, number::typeset(&special.text));
@@ -255,7 +255,12 @@ pub(crate) fn value_cells(procedure: &ProcedureFindings, index: usize, m: &Measu
     let unit = unit_of(m);
     let (value, u_text) = unit.pair(value, u);
     let prefix = if judged.is_none() && u > 0.0 { "u = " } else { "" };
-    (unit.text(&value), format!("{prefix}{}", unit.text(&u_text)))
+    (bounded(m, unit.text(&value)), format!("{prefix}{}", unit.text(&u_text)))
+}
+
+/// A printed value behind the sign of what it bounds.
+fn bounded(m: &Measurement, value: String) -> String {
+    m.bound.as_ref().map(|bound| format!("{} {value}", bound.sign())).unwrap_or(value)
 }
 
 /// Flags, reason and exclusions of a measurement.

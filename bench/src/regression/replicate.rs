@@ -159,14 +159,13 @@ fn place(procedure: &str, found: &Measurement) -> String {
 fn value(judgement: &Judgement, found: &Measurement, place: String) -> ReplicateValue {
     let passes = matches!(judgement.verdict, Verdict::Pass | Verdict::ConditionalPass | Verdict::Screened)
         || judgement.verdict == Verdict::None && found.value.is_some();
+    // What is inconclusive, in doubt or a bound may be a good number by accident: it counts as none.
+    let is_certain = found.inconclusive.is_none() && found.doubt.is_none() && found.bound.is_none();
     ReplicateValue {
         requirement: judgement.requirement.clone(),
         measurand: found.measurand.clone(),
         place,
-        // What is inconclusive or in doubt may be a good number by accident: it counts as none.
-        value: found
-            .value
-            .filter(|value| value.is_finite() && found.inconclusive.is_none() && found.doubt.is_none()),
+        value: found.value.filter(|value| value.is_finite() && is_certain),
         u: if found.u.is_finite() { found.u } else { 0.0 },
         passes,
     }

@@ -3,7 +3,7 @@
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 use super::{Judgement, LEAST_DOF, Verdict};
-use crate::measurement::Measurement;
+use crate::measurement::{Bound, Measurement};
 use crate::quantity::{Limit, QuantityKind};
 use crate::requirement::{Requirement, Rule};
 
@@ -148,14 +148,28 @@ fn against(guarded: Judgement, value: f64, measurement: &Measurement, limit: &Li
     let margin = margin(limit, value);
     let verdict = verdict(limit, value, guarded.acceptance, margin, guarded.guard_band);
     let passes = matches!(verdict, Verdict::Pass | Verdict::ConditionalPass);
-    let doubt = measurement.doubt.clone().filter(|_| passes);
+    let doubt = measurement.doubt.as_deref().filter(|_| passes);
+    let undecided = measurement.bound.as_ref().filter(|bound| !decides(bound, value, limit, passes));
+    let reason = undecided.map(|bound| format!("the value is a bound, {}", bound.reason()));
+    let reason = reason.or_else(|| doubt.map(str::to_owned));
+    let outside = probability_outside(limit, value, measurement.u, measurement.dof);
     Judgement {
         margin: Some(margin),
-        probability_outside: Some(probability_outside(limit, value, measurement.u, measurement.dof)),
-        verdict: if doubt.is_some() { Verdict::Inconclusive } else { verdict },
-        reason: doubt,
+        probability_outside: undecided.is_none().then_some(outside),
+        verdict: if reason.is_some() { Verdict::Inconclusive } else { verdict },
+        reason,
         ..guarded
     }
+}
+
+/// Whether what holds for a value holds for every truth on its side: beyond it no limit may follow that would be missed (of a
+/// value inside) or met (of a value outside).
+fn decides(bound: &Bound, value: f64, limit: &Limit, passes: bool) -> bool {
+    let (ahead, lies_beyond) = match bound {
+        Bound::AtLeast(_) => (limit.high, limit.high.is_some_and(|high| value >= high)),
+        Bound::AtMost(_) => (limit.low, limit.low.is_some_and(|low| value <= low)),
+    };
+    if passes { ahead.is_none() } else { lies_beyond }
 }
 
 /// Distance to the nearest bound, positive inside.

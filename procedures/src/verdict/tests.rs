@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::campaign::Claim;
 use crate::condition::Meets;
-use crate::measurement::Condition;
+use crate::measurement::{Bound, Condition};
 use crate::quantity::QuantityKind as K;
 use crate::requirement::{Cover, Judged, Requirements, Rule, Take, Where};
 
@@ -109,6 +109,36 @@ fn a_range_is_guarded_at_both_ends() {
     assert_eq!(wide.verdict, Verdict::ConditionalPass, "the guard bands leave nothing to pass in");
     let p = wide.probability_outside.expect("a limit");
     assert!((p - 0.31731).abs() < 1e-5, "both tails count: {p}");
+}
+
+#[test]
+fn a_value_that_is_a_bound_decides_only_limits_that_every_truth_beyond_it_meets_or_misses() {
+    let why = || "its end was not reached".to_owned();
+    let verdict = |bound: Bound, limit: &str, value| {
+        let measurement = Measurement { bound: Some(bound), ..measured(value, 0.1, f64::INFINITY) };
+        judge(&measurement, 0, &requirement("R", K::Torque, Some(limit), Rule::GuardedU))
+    };
+    use Verdict::{ConditionalFail, ConditionalPass, Fail, Inconclusive, Pass};
+    for (limit, value, at_least, at_most) in [
+        (">= 10 N*m", 11.0, Pass, Inconclusive),
+        (">= 10 N*m", 10.1, ConditionalPass, Inconclusive),
+        (">= 10 N*m", 9.9, Inconclusive, ConditionalFail),
+        (">= 10 N*m", 9.0, Inconclusive, Fail),
+        ("<= 10 N*m", 9.0, Inconclusive, Pass),
+        ("<= 10 N*m", 11.0, Fail, Inconclusive),
+        ("8 N*m .. 10 N*m", 7.0, Inconclusive, Fail),
+        ("8 N*m .. 10 N*m", 9.0, Inconclusive, Inconclusive),
+        ("8 N*m .. 10 N*m", 11.0, Fail, Inconclusive),
+    ] {
+        for (bound, expected) in [(Bound::AtLeast(why()), at_least), (Bound::AtMost(why()), at_most)] {
+            let judgement = verdict(bound, limit, value);
+            assert_eq!(judgement.verdict, expected, "{limit} {value}: {judgement:?}");
+            let reason =
+                (expected == Inconclusive).then_some("the value is a bound, its end was not reached");
+            assert_eq!(judgement.reason.as_deref(), reason);
+            assert_eq!(judgement.probability_outside.is_none(), expected == Inconclusive);
+        }
+    }
 }
 
 #[test]

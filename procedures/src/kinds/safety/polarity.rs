@@ -40,9 +40,10 @@ the difference of the encoder, with an offset that removes bias and Earth rate. 
 cos el, sin el), an elevation (-1, 0, 0); the length is the gyro-encoder ratio whatever the elevation is, the direction
 shows sign and axis. Elevation is taken from the pose of the plan, not from its encoder, which is under test.
 *Sines*: a contact that does not break away is a spring with a damper, so T = (k + jω·b - J/s·ω²)·X on each line and only
-the inertia grows with ω²; s is the torque scale, whatever friction is. Flexible modes make the axis appear up to 4 %
-heavier: half of that is subtracted and is also the half-width of the remaining uncertainty; a contact that bears a load
-adds up to 3 %. J/s is `small-motion-inertia`: the judge compares it with what frequency responses of the sliding axis
+the inertia grows with ω²; s is the torque scale, whatever friction is. The lines between the sines are fitted with them,
+because a contact that bears a load moves the axis there, too. Flexible modes make the axis appear up to 4.5 % heavier, a
+load up to 1 %, an angle that is up to 2 ms late b·2 ms: half of each is subtracted and is also the half-width of the
+remaining uncertainty. J/s is `small-motion-inertia`: the judge compares it with what frequency responses of the sliding axis
 show (`apparent-inertia`), by its own uncertainty.
 *At rest*: every encoder against the pose of the plan, to which the operator brought the axis by its own scale, within
 `zero-tolerance` of the rig: that proves the zero that travel, soft limits and braking curve are computed from. Where a

@@ -15,7 +15,7 @@ use super::spectra::MirrorLine;
 use super::{MEASURE, POSITION, TONE, has_segment, mirror_axis};
 use crate::case::Case;
 use crate::device::MIRROR_AXES;
-use crate::measurement::{Conclusion, Measurement, PointResult};
+use crate::measurement::{Bound, Conclusion, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 use crate::reason::{MirrorReason, Reason};
 use crate::trace::{LimitLine, Mark, Plot, Scale, Series, Style};
@@ -25,9 +25,8 @@ pub(super) const STROKE: &str = "mirror-stroke";
 const INNER_SHARE: f64 = 2.0 / 3.0;
 /// Share of its command, by that scale, that a mirror inside of its stroke reaches at least.
 const FOLLOWED_SHARE: f64 = 0.98;
-/// What is said of a stroke that ends where the commands do.
-const AT_LEAST: &str =
-    "at least: the mirror followed its largest command, so the end of its stroke was not reached";
+/// Why a stroke that ends where the commands do is a bound.
+const AT_LEAST: &str = "the mirror followed its largest command, so the end of its stroke was not reached";
 pub(super) const GAUGE_SCALE: &str = "gauge-scale-departure";
 
 /// A point with its plan.
@@ -116,7 +115,8 @@ fn stroke_measurements(keys: &Keys, planned: Planned<'_>) -> [Measurement; 2] {
     }
     stroke.flags.push(if seen { "by the autocollimator" } else { "gauge only" }.to_owned());
     if stroke.value.is_some() && !stops_short(positions, seen) {
-        stroke.flags.push(AT_LEAST.to_owned());
+        stroke.flags.push(format!("at least: {AT_LEAST}"));
+        stroke.bound = Some(Bound::AtLeast(AT_LEAST.to_owned()));
     }
     [stroke, scale]
 }

@@ -17,7 +17,7 @@ use super::spectra::{LineQuality, MirrorLine, Reaction};
 use super::{mirror_axis_name, word};
 use crate::case::Case;
 use crate::kinds::response::frequency_response::{loops, point};
-use crate::measurement::{Condition, Evidence, Measurement};
+use crate::measurement::{Bound, Condition, Evidence, Measurement};
 use crate::quantity::QuantityKind as Q;
 use crate::reason::{MirrorReason, Reason};
 use crate::trace::Plot;
@@ -72,6 +72,12 @@ pub(super) fn of_response(
         measurement(ATTENUATION, Q::Decibel, case, attenuation),
         resonance(case, response.reaction.as_ref()),
     ];
+    let lowest_hz = sensor.lines.iter().find(|l| l.counts()).map(|l| l.line.frequency_hz);
+    if all[0].value.is_some() && all[0].value == lowest_hz {
+        let why = "the mirror is below -3 dB at its lowest line that counts";
+        all[0].flags.push(format!("at most: {why}"));
+        all[0].bound = Some(Bound::AtMost(why.to_owned()));
+    }
     // The servo closes its loop by the gauge, whatever else sees the mirror.
     all.extend(loop_margins(keys, case, &response.gauge));
     for m in &mut all {

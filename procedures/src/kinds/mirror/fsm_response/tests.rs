@@ -4,7 +4,7 @@ use super::spectra::LineQuality;
 use super::*;
 use crate::case::MirrorChannel;
 use crate::kinds::position::positioned::tests::with_elevation;
-use crate::measurement::{Measurement, Reduced};
+use crate::measurement::{Bound, Measurement, Reduced};
 use crate::verdict::coverage_factor;
 
 mod files;
@@ -270,8 +270,10 @@ fn stroke_counts_by_the_autocollimator_and_by_the_gauge_alone_only_with_its_cert
 fn a_stroke_whose_end_was_not_seen_is_a_bound_and_says_so() {
     let is_bound = |plant: &Plant| {
         let c = conclusion(&keys(), plant);
-        let flags = &all(&c, conclude::STROKE)[0].flags;
-        flags.iter().any(|flag| flag.starts_with("at least"))
+        let stroke = &all(&c, conclude::STROKE)[0];
+        let is_told = stroke.flags.iter().any(|flag| flag.starts_with("at least"));
+        assert_eq!(is_told, matches!(stroke.bound, Some(Bound::AtLeast(_))));
+        is_told
     };
     // The commands end at 1.05 mrad.
     assert!(is_bound(&Plant { stroke_rad: 1.2e-3, ..Plant::default() }));

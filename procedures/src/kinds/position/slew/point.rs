@@ -9,7 +9,7 @@ use crate::axis::AxisLimits;
 use crate::case::Case;
 use crate::kinds::position::positioned::{self, Record};
 use crate::log::{PointStatus, Window};
-use crate::measurement::{Measurement, PointResult};
+use crate::measurement::{Bound, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 use crate::reason::{PositionReason, Reason};
 use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
@@ -55,9 +55,10 @@ pub(super) fn analyse(
         let base = match found {
             Ok((estimate, flags)) => {
                 let is_bound = flags.iter().any(|flag| flag == NOT_SETTLED);
-                let doubt = is_bound.then(|| "it did not settle while it rested: wait longer".to_owned());
+                let why = "it did not settle while it rested: wait longer";
+                let bound = is_bound.then(|| Bound::AtLeast(why.to_owned()));
                 let measured = Measurement::new(name, &case.axis, *kind, Some(estimate), ESTIMATOR);
-                Measurement { flags, doubt, ..measured }
+                Measurement { flags, bound, ..measured }
             }
             Err(reason) => Measurement::inconclusive(name, &case.axis, *kind, ESTIMATOR, reason),
         };

@@ -4,7 +4,7 @@ use super::*;
 use crate::diagnostic::SourceFile;
 use crate::kinds::position::positioned::tests::{window_of, with_elevation};
 use crate::log::PointStatus;
-use crate::measurement::Measurement;
+use crate::measurement::{Bound, Measurement};
 use crate::table::read_file;
 use crate::verdict::LEAST_DOF;
 
@@ -74,10 +74,11 @@ fn a_slew_that_does_not_settle_passes_no_limit_and_may_fail_one() {
     let result = experiment.analyse(&case, &swings, &with_elevation());
     let settling = value(&result, SETTLING);
     assert!(settling.value.is_some_and(|s| s > 1.0), "{settling:?}");
-    assert!(settling.doubt.as_deref().is_some_and(|why| why.contains("did not settle")), "{settling:?}");
+    let at_least = |bound: &Bound| matches!(bound, Bound::AtLeast(why) if why.contains("did not settle"));
+    assert!(settling.bound.as_ref().is_some_and(at_least), "{settling:?}");
     assert!(settling.u > 0.0);
     let settled = experiment.analyse(&case, &follows(&case, 0.0), &with_elevation());
-    assert_eq!(value(&settled, SETTLING).doubt, None);
+    assert_eq!(value(&settled, SETTLING).bound, None);
 }
 
 #[test]

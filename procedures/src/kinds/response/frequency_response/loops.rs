@@ -9,7 +9,7 @@ use analysis::uncertainty::{Component, combine};
 
 use super::point::{self, Judged, Point};
 use crate::kinds::response::excited::Channel;
-use crate::measurement::{Measurement, PointResult};
+use crate::measurement::{Bound, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 use crate::reason::{Reason, ResponseReason};
 
@@ -95,8 +95,9 @@ fn all(of: &Loop, point: &Point<'_>, judged: &Judged, found: &Margins, result: &
                     let reason = MarginError::from(none).to_string();
                     Measurement::inconclusive(name, axis, kind, of.estimator, reason)
                 },
-                |(estimate, flag)| Measurement {
-                    flags: vec![flag],
+                |(estimate, bound)| Measurement {
+                    flags: vec![format!("at most: {}", bound.reason())],
+                    bound: Some(bound),
                     ..Measurement::new(name, axis, kind, Some(estimate), of.estimator)
                 },
             ),
@@ -149,11 +150,11 @@ fn with_variation(margin_db: Estimate) -> Estimate {
 }
 
 /// A loop that is below 0 dB from its lowest line on crosses below that line: an upper bound of its bandwidth.
-fn at_most(judged: &Judged, number: usize) -> Option<(Estimate, String)> {
+fn at_most(judged: &Judged, number: usize) -> Option<(Estimate, Bound)> {
     let first = judged.lines.first().filter(|_| number == 0)?;
     let below = judged.lines.iter().all(|l| l.value.norm() * (1.0 + 2.0 * l.relative_sd()) < 1.0);
     let estimate = Estimate { value: first.frequency_hz, u: 0.0, dof: f64::INFINITY, n: judged.lines.len() };
-    below.then(|| (estimate, "at most: the loop is below 0 dB at its lowest line".to_owned()))
+    below.then(|| (estimate, Bound::AtMost("the loop is below 0 dB at its lowest line".to_owned())))
 }
 
 /// Doubts that touch the number that was read at a frequency, and all others.

@@ -1,7 +1,10 @@
 //! Torque to rate and angle: what the controller has to do with, how linear it is, whether other gains show the same.
 
+use std::f64::consts::TAU;
+
 use analysis::estimate::Estimate;
 use analysis::frf::Line;
+use analysis::least_squares::LinearFit;
 use analysis::periodic::Distortion;
 
 use super::point::{self, Judged, Kept, Point};
@@ -202,13 +205,18 @@ pub(super) fn gains_plots(cases: &[Case], points: &[PointResult]) -> Vec<Plot> {
 
 pub(super) const ANGLE_NAMES: &[&str] = &["apparent-inertia"];
 
-const INERTIA: &str = "apparent-inertia/2";
-/// Up to here the structure follows (first mode of the shaft at 17 Hz: (5/17)², 9 %, of its own participation).
+const INERTIA: &str = "apparent-inertia/3";
+/// Up to here the structure follows the shaft.
 const STIFF_HZ: f64 = 5.0;
-/// What the way out and back, 3.5 ms at the most, takes off: 1 − cos ωτ is up to 0.6 % at 5 Hz, half of it on average.
-const LATE_RATIO: f64 = 3e-3;
-/// What the first mode of an axis (42 Hz) adds below 5 Hz: (5/42)², 1.4 %, as the half-width of a rectangular distribution.
-const MODE_RATIO: f64 = 0.014;
+/// Half of the largest share by which flexible modes let an axis seem heavier at [`STIFF_HZ`]: J·c·ω²/(ω_n² − ω²) over all modes
+/// is 3.0 % with those of elevation (17 Hz) and 0.5 % with those of azimuth (42 Hz; modes.md), 3.6 % is allowed for. The other
+/// half is the half-width of a rectangular distribution.
+const MODES_RATIO: f64 = 0.018;
+/// The same of what the way out and back, 3.5 ms at the most, takes off there: 1 − cos ωτ is up to 0.6 %.
+const LATE_RATIO: f64 = 0.003;
+/// What viscous friction b adds with the same way τ: b·τ/J is up to 0.1 % (274 N·m·s/rad, 1036 kg·m², director.md); half-width of a
+/// rectangular distribution.
+const VISCOUS_RATIO: f64 = 0.001;
 
 /// Torque to angle, and the inertia that it shows.
 pub(super) fn evaluate_angle(point: &Point<'_>, result: &mut PointResult) {
@@ -234,25 +242,33 @@ fn angle_lines(point: &Point<'_>, result: &mut PointResult) -> Result<Judged, Re
     }
 }
 
-/// −Re(1/G)/ω²: friction turns by 90 degrees and does not come in. Weighted by what each line scatters.
+/// −Re(1/G)/ω² = J·(1 + ε·(f/f_stiff)²): friction turns by 90 degrees and does not come in; modes and delays grow with the square of
+/// the frequency. Lines weigh by what they scatter; what is known of ε beforehand is one more observation, which decides where
+/// few or noisy lines cannot.
 fn inertia(axis: &str, lines: &[Line]) -> Result<Measurement, Reason> {
-    let stiff = lines.iter().filter(|l| l.frequency_hz <= STIFF_HZ && l.variance > 0.0);
-    let each: Vec<[f64; 2]> = stiff
-        .map(|l| {
-            let squared = (std::f64::consts::TAU * l.frequency_hz).powi(2);
-            let u = (0.5 * l.variance).sqrt() / l.value.norm_sqr() / squared;
-            [-l.value.inv().re / squared, 1.0 / (u * u)]
-        })
-        .collect();
-    if each.len() < 3 {
-        return Err(ResponseReason::FewStiffLines { lines: each.len(), up_to_hz: STIFF_HZ }.into());
+    let stiff: Vec<&Line> = lines.iter().filter(|l| l.frequency_hz <= STIFF_HZ && l.variance > 0.0).collect();
+    let too_few = || Reason::from(ResponseReason::FewStiffLines { lines: stiff.len(), up_to_hz: STIFF_HZ });
+    if stiff.len() < 3 {
+        return Err(too_few());
     }
-    let weight: f64 = each.iter().map(|[_, w]| w).sum();
-    let value = each.iter().map(|[j, w]| j * w).sum::<f64>() / weight;
+    let squared = |l: &Line| (TAU * l.frequency_hz).powi(2);
+    let mut shown: Vec<f64> = stiff.iter().map(|l| -l.value.inv().re / squared(l)).collect();
+    let mut weights: Vec<f64> =
+        stiff.iter().map(|l| 2.0 / l.variance * (l.value.norm_sqr() * squared(l)).powi(2)).collect();
+    let mut rises: Vec<f64> = stiff.iter().map(|l| (l.frequency_hz / STIFF_HZ).powi(2)).collect();
+    let mut constant = vec![1.0; stiff.len()];
+    let total: f64 = weights.iter().sum();
+    let mean = shown.iter().zip(&weights).map(|(j, w)| j * w).sum::<f64>() / total;
+    let known_u = mean * MODES_RATIO.hypot(LATE_RATIO) / 3_f64.sqrt();
+    shown.push(mean * (MODES_RATIO - LATE_RATIO));
+    weights.push(known_u.powi(-2));
+    rises.push(1.0);
+    constant.push(0.0);
+    let fit = LinearFit::new(&[constant, rises], &shown, Some(&weights)).map_err(|_| too_few())?;
     // Lines that scatter more than they should widen it (Birge).
-    let scatter = each.iter().map(|[j, w]| w * (j - value).powi(2)).sum::<f64>() / (each.len() - 1) as f64;
-    let u = (scatter.max(1.0) / weight + (LATE_RATIO * value).powi(2) + (MODE_RATIO * value).powi(2) / 3.0)
-        .sqrt();
-    let estimate = Estimate { value, u, dof: (each.len() - 1) as f64, n: each.len() };
+    let value = fit.coefficients[0];
+    let scatter_u = (fit.unscaled_covariance[(0, 0)] * fit.residual_variance.max(1.0)).sqrt();
+    let u = scatter_u.hypot(VISCOUS_RATIO / 3_f64.sqrt() * value);
+    let estimate = Estimate { value, u, dof: fit.dof as f64, n: stiff.len() };
     Ok(Measurement::new(ANGLE_NAMES[0], axis, Q::Inertia, Some(estimate), INERTIA))
 }

@@ -9,7 +9,7 @@ use crate::case::Case;
 use crate::measurement::{Conclusion, Condition, Measurement, PointResult, Proof};
 use crate::quantity::QuantityKind as Q;
 
-const ESTIMATOR: &str = "polarity/2";
+const ESTIMATOR: &str = "polarity/3";
 
 /// Inertia that the pulses show, if the torque constant of the rig file holds.
 pub(super) const SMALL_MOTION_INERTIA: &str = "small-motion-inertia";

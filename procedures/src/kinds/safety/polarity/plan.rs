@@ -99,7 +99,9 @@ const SETTLE_S: f64 = 1.5;
 /// flexible mode (17 Hz) is far. Odd multiples only: a contact that bears a load answers with sums and differences of
 /// its lines, and those are even.
 pub(super) const SINE_PERIOD_S: f64 = 4.0 / 3.0;
-pub(super) const SINE_ORDERS: [u32; 3] = [3, 5, 7];
+const SINE_ORDERS: [u32; 3] = [3, 5, 7];
+/// Up to here the answer is looked at: one line above the excited ones. Noise of the gyros grows with ω in what inertia takes.
+pub(super) const HIGHEST_ORDER: u32 = 8;
 const SINE_PHASES_RAD: [f64; 3] = [0.0, 2.0, 4.5];
 /// Peak of the sines over expected static friction: the smaller, the less a loaded contact creeps.
 const SINE_RATIO: f64 = 0.08;

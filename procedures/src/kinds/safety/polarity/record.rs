@@ -5,10 +5,10 @@ use std::f64::consts::FRAC_1_SQRT_2;
 use std::ops::Range;
 
 use analysis::estimate::Estimate;
-use analysis::polarity::{RateResponse, compliance, compliance_cut_short, rate_response, torque_scale};
+use analysis::polarity::{RateResponse, compliance, compliance_cut_short, rate_response, small_motion};
 use analysis::uncertainty::{Component, combine};
 
-use super::plan::{RAMP, SINE, SINE_ORDERS, SINE_PERIOD_S};
+use super::plan::{HIGHEST_ORDER, RAMP, SINE, SINE_PERIOD_S};
 use crate::axis::{Axes, AxisLimits};
 use crate::case::Case;
 use crate::log::{EndedBy, PointStatus, Rows, SegmentSpan, Window};
@@ -23,12 +23,15 @@ const MEAN_S: f64 = 0.05;
 /// End of the settling that goes into the record: where the axis stands before the first torque.
 const LEAD_S: f64 = 0.3;
 /// Largest share by which flexible modes let an axis seem heavier at the encoder: on each line J·c·ω²/(ω_n² − ω²) over all modes,
-/// at 5.25 Hz up to 3.3 % with the modes of elevation (17 Hz) and 0.6 % with those of azimuth (42 Hz; modes.md). Half of it is
-/// taken off, and is the half-width of a rectangular distribution.
-const MODES_RATIO: f64 = 0.04;
-/// Half-width of what a contact that bears a load (cogging, unbalance) adds: it yields more in one direction, which no spring with a
-/// damper does. Units with loads of elevation drawn up to half of their static friction are off by up to 4 %, 1.7 % rms.
-const LOAD_RATIO: f64 = 0.03;
+/// at 5.25 Hz up to 3.3 % with the modes of elevation (17 Hz) and 0.6 % with those of azimuth (42 Hz; modes.md), and a tenth more of units
+/// whose modes are 5 % lower. Half of it is taken off, and is the half-width of a rectangular distribution.
+const MODES_RATIO: f64 = 0.045;
+/// What a contact that bears a load (cogging, unbalance) adds: it yields more in one direction, which no spring with a damper does.
+/// Integrated LuGre contacts under loads up to 0.7 of their static friction seem heavier by up to 1 %. Half of it is taken off, too.
+const LOAD_RATIO: f64 = 0.01;
+/// What the angle may be late against the torque: the sensor, and the hold of a bus; 1 ms in the simulated director. The damping of the
+/// contact then shows as inertia. Half of it is taken off, and is the half-width of a rectangular distribution.
+const LATE_S: f64 = 2e-3;
 
 /// What one point says.
 pub(super) struct Record {
@@ -122,15 +125,19 @@ fn seen(case: &Case, window: &Window, axes: &Axes) -> Result<Seen, Reason> {
 
 /// Torque scale from time, torque and angle under the periodic torque, by the inertia of the rig file.
 fn scale([time, torque, angle]: [&[f64]; 3], limits: &AxisLimits) -> Option<Estimate> {
-    let period = (SINE_PERIOD_S, &SINE_ORDERS[..]);
-    let found = torque_scale(time, torque, angle, limits.inertia_kg_m2, period).ok()?;
-    let value = found.value * (1.0 + 0.5 * MODES_RATIO);
+    let found = small_motion(time, torque, angle, (SINE_PERIOD_S, HIGHEST_ORDER)).ok()?;
+    let shown = found.inertia_kg_m2;
+    let late = 0.5 * LATE_S * found.damping_nm_s_per_rad;
+    let inertia = (shown.value - late) / (1.0 + 0.5 * (MODES_RATIO + LOAD_RATIO));
+    let value = limits.inertia_kg_m2 / inertia;
+    let rectangular = |half_width_ratio: f64| Component::known(half_width_ratio / 3_f64.sqrt() * value.abs());
     let spread = combine(&[
-        Component { u: found.u, dof: found.dof },
-        Component::known(0.5 * MODES_RATIO / 3_f64.sqrt() * value.abs()),
-        Component::known(LOAD_RATIO / 3_f64.sqrt() * value.abs()),
+        Component { u: shown.u * (value / inertia).abs(), dof: shown.dof },
+        rectangular(0.5 * MODES_RATIO),
+        rectangular(0.5 * LOAD_RATIO),
+        rectangular(late / inertia),
     ]);
-    Some(Estimate { value, u: spread.u, dof: spread.dof, n: found.n })
+    Some(Estimate { value, u: spread.u, dof: spread.dof, n: shown.n })
 }
 
 /// The same with the angle that the gyros turned through in the direction in which they respond.

@@ -86,6 +86,8 @@ fn run(case: &Case, plant: &Plant, turns: &str) -> Window {
     let [mut x, mut v, mut z] = [0.0_f64; 3];
     let (creep_rad, creep_s) = plant.creep;
     let mut crept = -0.5 * creep_rad;
+    // The encoder tells of the row before: late by 1 ms, as that of the director.
+    let mut told = x;
     let mut tick = 0_u32;
     for (index, segment) in case.segments.iter().enumerate() {
         let start_s = f64::from(tick) / RATE_HZ;
@@ -120,8 +122,9 @@ fn run(case: &Case, plant: &Plant, turns: &str) -> Window {
             tape.time_s.push(f64::from(tick) / RATE_HZ);
             tape.torque.push(torque);
             let at_rest = KEYS.gimbal_rad()[usize::from(case.axis == "el")];
-            let ripple = plant.ripple * (32_768.0 * (at_rest + before)).sin();
-            tape.angle.push(at_rest + plant.encoder * before + ripple);
+            let ripple = plant.ripple * (32_768.0 * (at_rest + told)).sin();
+            tape.angle.push(at_rest + plant.encoder * told + ripple);
+            told = before;
             for (gyro, along) in tape.gyros.iter_mut().zip(along) {
                 gyro.push(7e-5 + plant.gyro * along * (x - before) * RATE_HZ);
             }

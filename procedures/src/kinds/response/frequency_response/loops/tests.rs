@@ -3,6 +3,7 @@ use std::f64::consts::TAU;
 use analysis::frf::{C64, Line};
 
 use super::super::loops::*;
+use crate::measurement::Bound;
 
 /// 20·e^(−0.01·s)/(s·(1 + s/40)): 0 dB at 2.9 Hz, −180° at 7.6 Hz.
 fn lines(relative_sd: f64) -> Vec<Line> {
@@ -46,4 +47,17 @@ fn a_circle_that_reaches_minus_one_takes_every_margin_but_not_the_bandwidth() {
 fn a_clean_loop_is_certified() {
     let judged = Judged { lines: lines(1e-3), ..Judged::default() };
     assert_eq!(touching(&judged).concat(), [""; 0]);
+}
+
+/// It crosses somewhere below 6 Hz: at 2.9 Hz, and a limit of 4 Hz would be neither met nor missed.
+#[test]
+fn bandwidth_of_a_loop_that_is_below_0_db_from_its_first_line_on_is_a_bound() {
+    let from_six = lines(1e-3).into_iter().filter(|l| l.frequency_hz >= 6.0).collect();
+    let judged = Judged { lines: from_six, ..Judged::default() };
+    let (estimate, bound) = at_most(&judged, 0).expect("a bound");
+    assert_eq!(estimate.value, 6.0);
+    assert_eq!(bound, Bound::AtMost("the loop is below 0 dB at its lowest line".to_owned()));
+    let whole = Judged { lines: lines(1e-3), ..Judged::default() };
+    assert_eq!(at_most(&whole, 0), None);
+    assert_eq!(at_most(&judged, 1), None, "a margin is not bounded by it");
 }
