@@ -204,6 +204,12 @@ fn quick_look(lines: &str, procedures: &[&str]) -> tempfile::TempDir {
     retuned_look(lines, &str::to_owned, procedures)
 }
 
+/// A text with other words in the place of some that it must have.
+fn replaced(text: &str, old: &str, new: &str) -> String {
+    assert!(text.contains(old), "there is no `{old}`");
+    text.replace(old, new)
+}
+
 /// The same, with gains of the controllers that were changed.
 fn retuned_look(lines: &str, retune: &dyn Fn(&str) -> String, procedures: &[&str]) -> tempfile::TempDir {
     let folder = folder();
@@ -211,7 +217,7 @@ fn retuned_look(lines: &str, retune: &dyn Fn(&str) -> String, procedures: &[&str
     let read = |path: &str| std::fs::read_to_string(workspace.join(path)).expect("a file of ours");
     write(folder.path(), "gains.toml", &retune(&read("controllers/params/director.toml")));
     let rig = read("bench/rigs/sim.toml");
-    write(folder.path(), "rig.toml", &rig.replacen("\"director\"", "\"./gains.toml\"", 1));
+    write(folder.path(), "rig.toml", &replaced(&rig, "\"director\"", "\"./gains.toml\""));
     let shipped = workspace.join("procedures/quick");
     let file = |name: &&str| format!("[[procedure]]\nfile = \"{}\"\n", shipped.join(name).display());
     let files: String = procedures.iter().map(file).collect();
@@ -302,8 +308,8 @@ fn delays_that_make_up_for_each_other_leave_the_round_trip_as_it_is() {
 fn a_coarse_camera_whose_scale_hides_in_the_loop_gain_is_told_by_the_encoder() {
     let faster = |gains: &str| {
         // By 1.06, the scale of the nominal camera, over 0.9.
-        let az = gains.replacen("track-gain = \"4.95 1/s\"", "track-gain = \"5.83 1/s\"", 1);
-        az.replacen("track-gain = \"5.51 1/s\"", "track-gain = \"6.49 1/s\"", 1)
+        let az = replaced(gains, "track-gain = \"4.95 1/s\"", "track-gain = \"5.83 1/s\"");
+        replaced(&az, "track-gain = \"5.51 1/s\"", "track-gain = \"6.49 1/s\"")
     };
     let folder = retuned_look(
         "[trackers]\ncoarse-scale = \"0.9\"\n",
@@ -329,7 +335,7 @@ fn a_coarse_camera_whose_scale_hides_in_the_loop_gain_is_told_by_the_encoder() {
 #[test]
 fn a_coarse_camera_whose_latency_hides_behind_the_lead_of_the_loop_is_told_by_its_frames() {
     let leading =
-        |gains: &str| gains.replace("track-gyro-lead = \"2.25 ms\"", "track-gyro-lead = \"12.25 ms\"");
+        |gains: &str| replaced(gains, "track-gyro-lead = \"2.25 ms\"", "track-gyro-lead = \"12.25 ms\"");
     let folder = retuned_look(
         "[trackers]\ncoarse-latency = \"50 ms\"\n",
         &leading,

@@ -45,10 +45,19 @@ struct Place {
     measurement: usize,
 }
 
-/// Compares what each procedure found (name and measurements) with what the others found; gives what disagrees to both
-/// measurements as a doubt, and returns the indices of the procedures concerned, each with a sentence.
-pub fn compare(found: &mut [(String, Vec<Measurement>)]) -> Vec<(usize, String)> {
-    let mut sentences = Vec::new();
+/// Two estimates of one quantity that disagree.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Disagreement {
+    /// Indices of the procedures that made them.
+    pub procedures: [usize; 2],
+    /// What disagrees, and by how much.
+    pub sentence: String,
+}
+
+/// Compares what each procedure found (name and measurements) with what the others found, and gives what disagrees to both
+/// measurements as a doubt.
+pub fn compare(found: &mut [(String, Vec<Measurement>)]) -> Vec<Disagreement> {
+    let mut disagreements = Vec::new();
     let places = places(found);
     for (k, &later) in places.iter().enumerate() {
         for &earlier in places[..k].iter().filter(|earlier| earlier.procedure != later.procedure) {
@@ -74,18 +83,20 @@ pub fn compare(found: &mut [(String, Vec<Measurement>)]) -> Vec<(usize, String)>
             for place in [earlier, later] {
                 let own = &mut found[place.procedure].1[place.measurement].doubt;
                 own.get_or_insert_with(|| sentence.clone());
-                sentences.push((place.procedure, sentence.clone()));
             }
+            disagreements.push(Disagreement { procedures: [earlier.procedure, later.procedure], sentence });
         }
     }
-    sentences
+    disagreements
 }
 
 fn places(found: &[(String, Vec<Measurement>)]) -> Vec<Place> {
     let mut all = Vec::new();
     for (procedure, (_, measurements)) in found.iter().enumerate() {
         let property = |m: &Measurement| {
-            PROPERTIES.contains(&m.measurand.as_str()) && m.value.is_some() && m.inconclusive.is_none()
+            // A bound lies away from the truth, and so from every estimate of it.
+            let is_estimate = m.value.is_some() && m.inconclusive.is_none() && m.bound.is_none();
+            PROPERTIES.contains(&m.measurand.as_str()) && is_estimate
         };
         let own = measurements.iter().enumerate().filter(|(_, m)| property(m));
         all.extend(own.map(|(measurement, _)| Place { procedure, measurement }));

@@ -83,27 +83,23 @@ fn compare_estimates(procedures: &mut [ProcedureFindings], requirements: &Requir
         .map(|p| (p.id.clone(), if in_final_state(p) { p.measurements.clone() } else { Vec::new() }))
         .collect();
     agreement::name_cross_checks(&mut found);
-    let sentences = agreement::compare(&mut found);
+    let disagreements = agreement::compare(&mut found);
     for (index, (procedure, (_, measurements))) in procedures.iter_mut().zip(found).enumerate() {
         if !in_final_state(procedure) {
             continue;
         }
         procedure.measurements = measurements;
-        let own: Vec<&String> = sentences.iter().filter(|(k, _)| *k == index).map(|(_, text)| text).collect();
+        let own: Vec<String> = disagreements
+            .iter()
+            .filter(|d| d.procedures.contains(&index))
+            .map(|d| format!("{}.", d.sentence))
+            .collect();
         if !own.is_empty() {
-            procedure.remarks.extend(own.iter().map(|sentence| format!("{sentence}.")));
+            procedure.remarks.extend(own);
             judge_again(procedure, requirements);
         }
     }
-    // Both procedures of a pair have the sentence.
-    let mut all: Vec<String> = Vec::new();
-    for (_, text) in sentences {
-        let sentence = format!("{text}.");
-        if !all.contains(&sentence) {
-            all.push(sentence);
-        }
-    }
-    all
+    disagreements.into_iter().map(|d| format!("{}.", d.sentence)).collect()
 }
 
 /// Judges the measurements of a procedure again after they were put in doubt.

@@ -1,6 +1,6 @@
 use super::*;
 use crate::kinds::KINDS;
-use crate::measurement::{Condition, Estimate};
+use crate::measurement::{Bound, Condition, Estimate};
 use crate::quantity::QuantityKind as Q;
 
 fn friction(value: f64, u: f64, velocity: f64) -> Measurement {
@@ -19,7 +19,7 @@ fn friction(value: f64, u: f64, velocity: f64) -> Measurement {
 
 type Found = Vec<(String, Vec<Measurement>)>;
 
-fn run(first: Measurement, second: Measurement) -> (Vec<(usize, String)>, Found) {
+fn run(first: Measurement, second: Measurement) -> (Vec<Disagreement>, Found) {
     let mut found = vec![("AZ-FRICTION".to_owned(), vec![first]), ("AZ-STRIBECK".to_owned(), vec![second])];
     (compare(&mut found), found)
 }
@@ -27,9 +27,10 @@ fn run(first: Measurement, second: Measurement) -> (Vec<(usize, String)>, Found)
 #[test]
 fn two_frictions_of_one_velocity_that_disagree_pass_nothing_and_both_procedures_say_so() {
     let (sentences, found) = run(friction(219.0, 0.7, 0.17), friction(224.0, 0.7, 0.17));
-    assert_eq!(sentences.iter().map(|(k, _)| *k).collect::<Vec<_>>(), [0, 1]);
-    insta::assert_snapshot!(sentences[0].1);
-    assert!(found.iter().all(|(_, all)| all[0].doubt.as_ref() == Some(&sentences[0].1)));
+    let [Disagreement { procedures, sentence }] = &sentences[..] else { panic!("{sentences:?}") };
+    assert_eq!(*procedures, [0, 1]);
+    insta::assert_snapshot!(sentence);
+    assert!(found.iter().all(|(_, all)| all[0].doubt.as_ref() == Some(sentence)));
     assert!(found.iter().all(|(_, all)| all[0].inconclusive.is_none() && all[0].value.is_some()));
 }
 
@@ -38,7 +39,9 @@ fn estimates_that_agree_or_were_made_under_other_conditions_or_on_another_axis_a
     let first = || friction(219.0, 0.7, 0.17);
     let other_axis = Measurement { axis: "el".to_owned(), ..friction(40.0, 0.7, 0.17) };
     let none = Measurement { inconclusive: Some("no light".to_owned()), ..friction(40.0, 0.7, 0.17) };
-    for second in [friction(221.9, 0.7, 0.17), friction(264.0, 0.7, 0.35), other_axis, none] {
+    let bound = Bound::AtMost("its end was not reached".to_owned());
+    let bound = Measurement { bound: Some(bound), ..friction(264.0, 0.7, 0.17) };
+    for second in [friction(221.9, 0.7, 0.17), friction(264.0, 0.7, 0.35), other_axis, none, bound] {
         let (sentences, found) = run(first(), second.clone());
         assert!(sentences.is_empty() && found.iter().all(|(_, all)| all[0].doubt.is_none()), "{second:?}");
     }

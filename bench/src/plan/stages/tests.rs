@@ -1,7 +1,13 @@
+use procedures::case::Case;
+use procedures::kinds::{self, Kind, Measurand};
+use procedures::measurement::{Condition, Measurement};
+use procedures::requirement::Requirement;
+use procedures::verdict::applies;
+
 use crate::files::rig::read_rig;
 use crate::files::shipped::{self, Folder};
 use crate::model::rig::Rig;
-use crate::plan::{CampaignPlan, PlanError, Wanted, plan};
+use crate::plan::{CampaignPlan, PlanError, PlannedProcedure, Wanted, plan};
 
 fn rig() -> Rig {
     shipped::find(Folder::Rigs, "sim", None).and_then(read_rig).expect("the shipped rig")
@@ -134,4 +140,39 @@ fn loops_in_a_rebuilt_unit_want_polarity_of_their_own_and_no_check_of_it_waits_f
     let unknown = stage("table", &format!("state = \"azimut-table\"\n{ask}"), "shipped:polarity.toml");
     let Err(PlanError::Mistakes(found)) = campaign(&unknown) else { panic!("a mistake") };
     assert!(found[0].message.contains("no build state `azimut-table`"), "{}", found[0].message);
+}
+
+/// What a campaign measures in the final build state, if every point reaches what is asked of it.
+fn reached_as_planned(plan: &CampaignPlan) -> Vec<Measurement> {
+    let of_case = |kind: &'static Kind, case: &Case| {
+        let conditions = Condition::reached(case, |request| Some(request.value));
+        let one = |m: &Measurand| Measurement {
+            conditions: conditions.clone(),
+            value: Some(0.0),
+            ..Measurement::new(m.name, &case.axis, m.kind, None, "plan/1")
+        };
+        kind.measurands.iter().map(one).collect::<Vec<_>>()
+    };
+    let of_procedure = |planned: &PlannedProcedure| {
+        let kind = kinds::kind(planned.procedure.kind).expect("a kind of ours");
+        planned.cases.iter().flat_map(|case| of_case(kind, case)).collect::<Vec<_>>()
+    };
+    let in_final_state = |p: &&PlannedProcedure| plan.state_of(p).is_none();
+    plan.procedures.iter().filter(in_final_state).flat_map(of_procedure).collect()
+}
+
+/// A claim that no plan reaches leaves its requirement without a verdict after hours on the real unit.
+#[test]
+fn the_acceptance_test_plans_every_stretch_that_its_requirements_claim_and_quick_does_not() {
+    let lacking = |campaign: &str| {
+        let plan = shipped_selection(campaign, &[]);
+        let measured = reached_as_planned(&plan);
+        let of = |requirement: &Requirement| {
+            let seen: Vec<&Measurement> = measured.iter().filter(|m| applies(requirement, m)).collect();
+            requirement.not_covered(&seen)
+        };
+        plan.requirements.all.iter().flat_map(of).collect::<Vec<String>>()
+    };
+    assert_eq!(lacking("fat"), [""; 0]);
+    assert!(lacking("quick").len() > 10, "{:?}", lacking("quick"));
 }

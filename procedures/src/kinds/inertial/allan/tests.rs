@@ -174,6 +174,22 @@ fn drift_quanta_and_gaps_are_flagged() {
     assert!(flags(&broken).contains("gap: the longest stretch"), "{}", flags(&broken));
 }
 
+/// A hum of 0.2 mrad/s at 2 Hz that no axis made: no sum of noise processes has its ripple over the averaging time.
+#[test]
+fn a_record_that_no_noise_processes_describe_gives_none_of_them() {
+    let hum = Still { added: |_, t| 2e-4 * (std::f64::consts::TAU * 2.0 * t).sin(), ..SOUND };
+    let result = analysed(&hum);
+    for gyro in ["x", "y", "z"] {
+        let walk = of(&result, WALK, gyro);
+        let reason = walk.inconclusive.as_deref().unwrap_or_default();
+        assert!(
+            walk.value.is_none() && reason.starts_with("the five noise processes do not describe"),
+            "{walk:?}"
+        );
+    }
+    assert!(of(&analysed(&SOUND), WALK, "x").value.is_some());
+}
+
 #[test]
 fn what_is_no_evidence_gives_no_number() {
     let stuck = analysed(&Still { read: |_| 1e-5, ..SOUND });

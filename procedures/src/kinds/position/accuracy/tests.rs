@@ -98,6 +98,23 @@ fn without_a_reference_accuracy_is_inconclusive_and_the_encoder_shows_the_rest()
     assert!(read(KEYS).expect("keys").notes("az", &axes)[0].contains("reference instrument missing"));
 }
 
+/// The autocollimator sees 0.4 mrad, the encoder is 2 mrad off at the ends.
+#[test]
+fn an_encoder_that_is_off_by_more_than_the_reference_sees_finds_no_face_and_says_where() {
+    let result = run(&polygon(with_elevation()), 0, 2e-3, 0.0);
+    let accuracy = value(&result, ACCURACY);
+    let reason = accuracy.inconclusive.as_deref().unwrap_or_default();
+    assert!(
+        accuracy.value.is_none() && reason.starts_with("no face of the polygon in view at -80.00 deg"),
+        "{reason}"
+    );
+    assert!(
+        reason.contains("the error of the encoder's zero exceeds the range of the autocollimator"),
+        "{reason}"
+    );
+    assert!(value(&result, SERVO).value.is_some(), "the encoder alone needs no face");
+}
+
 #[test]
 fn poses_say_how_many_cycles_they_rest_on() {
     let result = run(&polygon(with_elevation()), 1, 0.0, 0.0);

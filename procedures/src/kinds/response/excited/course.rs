@@ -89,7 +89,7 @@ impl Course {
         let cruise_s = stroke.cruise_s();
         let first_s = (stroke_s - cruise_s) / 2.0 + SETTLE_S;
         let usable_s = cruise_s - SETTLE_S;
-        let longest_s = keys.window_s.unwrap_or(1.0 / keys.band_hz[0]);
+        let longest_s = longest_window_s(keys);
         let window_s = WINDOWS_S.into_iter().find(|w| *w <= usable_s.min(longest_s * (1.0 + 1e-9)));
         let Some(window_s) = window_s else { return Err(too_short(keys, velocity, level, usable_s)) };
         let loosening_s = if keys.gain_ratio.is_some() { LOOSENING_S } else { 0.0 };
@@ -135,7 +135,7 @@ impl Course {
         let ramp_s = 0.5 * turn_s;
         let stroke_s = 2.0 * half / velocity + ramp_s;
         let usable_s = stroke_s - turn_s - TRACK_SETTLE_S;
-        let longest_s = keys.window_s.unwrap_or(1.0 / keys.band_hz[0]);
+        let longest_s = longest_window_s(keys);
         let window_s = WINDOWS_S.into_iter().find(|w| *w <= usable_s.min(longest_s * (1.0 + 1e-9)));
         let Some(window_s) = window_s else { return Err(too_short(keys, velocity, level, usable_s)) };
         Ok(Self {
@@ -152,7 +152,7 @@ impl Course {
     }
 
     fn at_rest(keys: &Excited, pose_rad: f64, each_s: f64) -> Result<Self, Diagnostic> {
-        let longest_s = keys.window_s.unwrap_or(1.0 / keys.band_hz[0]);
+        let longest_s = longest_window_s(keys);
         let fits = |w: &f64| *w <= longest_s * (1.0 + 1e-9) && 3.0 * w + REST_S <= each_s;
         let Some(window_s) = WINDOWS_S.into_iter().find(fits) else {
             let message = format!(
@@ -202,6 +202,11 @@ pub(super) fn peak(keys: &Excited, limits: &AxisLimits, level: &Level) -> f64 {
         _ => PI / 180.0,
     };
     0.5 * level.volts_v() * per_v
+}
+
+/// A window holds a period of the lowest line, and is not shorter than the shortest.
+fn longest_window_s(keys: &Excited) -> f64 {
+    keys.window_s.unwrap_or((1.0 / keys.band_hz[0]).max(WINDOWS_S[WINDOWS_S.len() - 1]))
 }
 
 /// Largest rate that a signal of this level can make: of a torque what it accelerates the bare inertia to at the lowest

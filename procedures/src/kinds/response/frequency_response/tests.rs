@@ -314,6 +314,15 @@ fn a_level_that_would_reverse_the_axis_gets_more_background_or_is_refused() {
     assert!(refused[0].message.contains("less than the shortest window"), "{}", refused[0].message);
 }
 
+/// A period of 12 Hz is shorter than the shortest window, which is then the one that is taken.
+#[test]
+fn lines_from_twelve_hertz_on_are_planned_and_measured() {
+    let result = judge(&procedure(&MULTISINE.replace("0.5 Hz", "12 Hz"), SLIDING), |_| {}, 1);
+    let bandwidth = of(&result, "velocity-bandwidth");
+    assert!(bandwidth.value.is_some_and(|hz| (12.0..16.5).contains(&hz)), "{bandwidth:?}");
+    assert!(bandwidth.bound.is_some(), "it crosses 0 dB at {:.1} Hz, below its lowest line", truth()[0]);
+}
+
 #[test]
 fn a_level_in_its_own_unit_is_the_signal_that_volts_would_be() {
     let axes = axes();
