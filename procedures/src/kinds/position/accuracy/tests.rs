@@ -105,7 +105,7 @@ fn an_encoder_that_is_off_by_more_than_the_reference_sees_finds_no_face_and_says
     let accuracy = value(&result, ACCURACY);
     let reason = accuracy.inconclusive.as_deref().unwrap_or_default();
     assert!(
-        accuracy.value.is_none() && reason.starts_with("no face of the polygon in view at -80.00 deg"),
+        accuracy.value.is_none() && reason.starts_with("no face of the polygon in view at 80.00 deg"),
         "{reason}"
     );
     assert!(
