@@ -202,6 +202,16 @@ impl Measurement {
         (self.u, self.dof) = (spread.u, spread.dof.is_finite().then_some(spread.dof));
     }
 
+    /// Says that the value is no more than a bound, in a flag, too.
+    pub fn set_bound(&mut self, bound: Bound) {
+        let side = match bound {
+            Bound::AtLeast(_) => "at least",
+            Bound::AtMost(_) => "at most",
+        };
+        self.flags.push(format!("{side}: {}", bound.reason()));
+        self.bound = Some(bound);
+    }
+
     /// Flags each condition that was not reached as it was asked for.
     pub fn flag_departures(&mut self) {
         self.flags.extend(self.conditions.iter().filter_map(Condition::departure));

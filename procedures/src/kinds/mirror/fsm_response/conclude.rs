@@ -115,8 +115,7 @@ fn stroke_measurements(keys: &Keys, planned: Planned<'_>) -> [Measurement; 2] {
     }
     stroke.flags.push(if seen { "by the autocollimator" } else { "gauge only" }.to_owned());
     if stroke.value.is_some() && !stops_short(positions, seen) {
-        stroke.flags.push(format!("at least: {AT_LEAST}"));
-        stroke.bound = Some(Bound::AtLeast(AT_LEAST.to_owned()));
+        stroke.set_bound(Bound::AtLeast(AT_LEAST.to_owned()));
     }
     [stroke, scale]
 }

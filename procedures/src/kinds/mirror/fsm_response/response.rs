@@ -72,11 +72,9 @@ pub(super) fn of_response(
         measurement(ATTENUATION, Q::Decibel, case, attenuation),
         resonance(case, response.reaction.as_ref()),
     ];
-    let lowest_hz = sensor.lines.iter().find(|l| l.counts()).map(|l| l.line.frequency_hz);
-    if all[0].value.is_some() && all[0].value == lowest_hz {
-        let why = "the mirror is below -3 dB at its lowest line that counts";
-        all[0].flags.push(format!("at most: {why}"));
-        all[0].bound = Some(Bound::AtMost(why.to_owned()));
+    if all[0].value.is_some() && is_low_from_its_first_line_on(sensor.lines) {
+        all[0]
+            .set_bound(Bound::AtMost("the mirror is below -3 dB at its lowest line that counts".to_owned()));
     }
     // The servo closes its loop by the gauge, whatever else sees the mirror.
     all.extend(loop_margins(keys, case, &response.gauge));
@@ -306,14 +304,22 @@ fn oscillates(hz: f64) -> MirrorReason {
     MirrorReason::Oscillates { up_to_hz: hz }
 }
 
+fn is_low(line: &MirrorLine) -> bool {
+    line.line.gain_db() <= HALF_POWER_DB
+}
+
+/// Whether the gain has fallen below the lowest line that counts already.
+fn is_low_from_its_first_line_on(lines: &[MirrorLine]) -> bool {
+    lines.iter().find(|l| l.counts()).is_some_and(is_low)
+}
+
 /// First frequency at which the gain falls to −3 dB of the command.
 ///
 /// Bracketed by two neighbouring lines that count, then read from the parabola around them.
 pub(super) fn bandwidth_hz(lines: &[MirrorLine], scale_u_ratio: f64) -> Result<Reading, Reason> {
     let counting: Vec<&MirrorLine> = lines.iter().filter(|l| l.counts()).collect();
     let first = counting.first().ok_or(MirrorReason::NoLineCounts)?;
-    let below = |l: &MirrorLine| l.line.gain_db() <= HALF_POWER_DB;
-    if below(first) {
+    if is_low_from_its_first_line_on(lines) {
         // The mirror does not follow at all, and the lowest line is an upper bound; but a few lines that chance lifted out of an
         // oscillation bound nothing.
         let frequency_hz = first.line.frequency_hz;
@@ -322,7 +328,7 @@ pub(super) fn bandwidth_hz(lines: &[MirrorLine], scale_u_ratio: f64) -> Result<R
         }
         return Ok(Reading { value: frequency_hz, u: 0.0, dof: f64::INFINITY, n: 1 });
     }
-    let pair = counting.windows(2).find(|pair| below(pair[1])).ok_or_else(|| {
+    let pair = counting.windows(2).find(|pair| is_low(pair[1])).ok_or_else(|| {
         let last_hz = counting.last().map_or(0.0, |l| l.line.frequency_hz);
         MirrorReason::NoDrop { last_hz }
     })?;

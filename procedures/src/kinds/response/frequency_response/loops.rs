@@ -95,10 +95,10 @@ fn all(of: &Loop, point: &Point<'_>, judged: &Judged, found: &Margins, result: &
                     let reason = MarginError::from(none).to_string();
                     Measurement::inconclusive(name, axis, kind, of.estimator, reason)
                 },
-                |(estimate, bound)| Measurement {
-                    flags: vec![format!("at most: {}", bound.reason())],
-                    bound: Some(bound),
-                    ..Measurement::new(name, axis, kind, Some(estimate), of.estimator)
+                |(estimate, bound)| {
+                    let mut bounded = Measurement::new(name, axis, kind, Some(estimate), of.estimator);
+                    bounded.set_bound(bound);
+                    bounded
                 },
             ),
         };
