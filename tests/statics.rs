@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::bench::{Said, folder, run_in, write};
+use crate::bench::{Said, findings, folder, run_in, verdict, write};
 
 fn shipped(name: &str) -> String {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../procedures/quick").join(name);
@@ -40,6 +40,32 @@ fn the_identified_model_predicts_a_run_that_no_fit_has_seen_and_not_the_one_of_a
     run(folder.path(), "friction-az", &shipped("az-model-check.toml"), "rough");
     let means = values(&folder.path().join("rough"), "model-error-mean");
     assert!(means.len() == 2 && means[0] > 20.0 && means[1] < -20.0, "{means:?}");
+}
+
+#[test]
+fn a_friction_spot_at_100_degrees_is_seen_by_strokes_over_the_whole_travel_and_others_pass_nothing() {
+    let folder = folder();
+    let at = folder.path();
+    let spot = "friction-spot = \"60 %\"\nfriction-spot-angle = \"100 deg\"\n";
+    let unit = format!(
+        "schema = 1\nid = \"spot\"\ntitle = \"spot\"\nbase = \"nominal\"\nmust-flip = []\nreason = \"far spot\"\n[az]\n{spot}"
+    );
+    write(at, "spot.toml", &unit);
+    let part = |campaign: &str, procedure: &str, unit: &str| {
+        let out = format!("{campaign}-{}", unit.trim_start_matches("./"));
+        run_in(
+            at,
+            &["run", campaign, "--select", procedure, "--unit", unit, "--out", &out, "--non-interactive"],
+        );
+        at.join(out)
+    };
+    assert_eq!(verdict(&part("fat", "AZ-FRICTION-TRAVEL", "./spot.toml"), "FRC-EVEN"), "fail");
+    assert_eq!(verdict(&part("fat", "AZ-FRICTION-TRAVEL", "nominal"), "FRC-EVEN"), "pass");
+    let near = part("quick", "AZ-FRICTION", "./spot.toml");
+    assert_eq!(verdict(&near, "FRC-EVEN"), "pass", "the spot lies outside of its strokes");
+    let outcome = findings(&near);
+    let told = "angle -153 deg .. 153 deg, reached -57.5 deg to 57.5 deg";
+    assert!(outcome.contains(told), "where nothing was seen, nothing passes");
 }
 
 #[test]

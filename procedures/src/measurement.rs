@@ -103,6 +103,9 @@ pub struct Measurement {
     /// Where the value is only a bound of the truth: it passes and fails only limits that it decides.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bound: Option<Bound>,
+    /// First and last angle of the axis between which it was measured, rad; `None` where it does not belong to a stretch.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub angles_rad: Option<[f64; 2]>,
 }
 
 impl Bound {
@@ -192,6 +195,7 @@ impl Measurement {
             inconclusive: None,
             doubt: None,
             bound: None,
+            angles_rad: None,
         }
     }
 
@@ -210,6 +214,13 @@ impl Measurement {
         };
         self.flags.push(format!("{side}: {}", bound.reason()));
         self.bound = Some(bound);
+    }
+
+    /// Says over which angles it was measured, in a flag, too.
+    pub fn set_angles(&mut self, angles_rad: [f64; 2]) {
+        let [first, last] = angles_rad.map(|angle_rad| (10.0 * angle_rad.to_degrees()).round() / 10.0 + 0.0);
+        self.flags.push(format!("from {first} deg to {last} deg"));
+        self.angles_rad = Some(angles_rad);
     }
 
     /// Flags each condition that was not reached as it was asked for.

@@ -12,6 +12,7 @@ mod read;
 mod tests;
 
 pub use band::{Band, Mask};
+pub(crate) use cover::ANGLE;
 pub use cover::Cover;
 
 /// Decision rule.

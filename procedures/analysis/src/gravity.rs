@@ -36,6 +36,13 @@ impl HalfSum {
         }
     }
 
+    /// First and last angle of the periods, half a period beyond their mean angles; `None` of fewer than two periods.
+    pub fn angles_rad(&self) -> Option<[f64; 2]> {
+        let [first, .., last] = self.angle_rad[..] else { return None };
+        let half = (last - first) / (self.angle_rad.len() - 1) as f64 / 2.0;
+        Some([first - half, last + half])
+    }
+
     /// So many periods about the middle, of at least so many.
     #[must_use]
     pub fn middle(&self, periods: usize) -> Self {

@@ -50,6 +50,12 @@ pub(in crate::kinds) struct Samples {
 }
 
 impl Samples {
+    /// First and last angle that azimuth (0) or elevation (1) passed.
+    pub(in crate::kinds) fn passed_rad(&self, axis: usize) -> [f64; 2] {
+        let angles = || self.angle_rad[axis].iter().copied();
+        [angles().fold(f64::INFINITY, f64::min), angles().fold(f64::NEG_INFINITY, f64::max)]
+    }
+
     /// Those of the rows between two times.
     ///
     /// A row whose message counter is that of the row before repeats its sample and is left out; so is what lies beyond a

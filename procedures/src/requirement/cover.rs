@@ -4,11 +4,14 @@
 //! good the measured part is.
 
 use super::Requirement;
-use super::read::{limit, named_condition};
+use super::read::limit;
 use crate::condition;
 use crate::measurement::Measurement;
 use crate::quantity::QuantityKind;
-use crate::table::{Field, Shape, TableReader};
+use crate::table::{Field, Shape, TableReader, suggestion};
+
+/// In place of a condition: the angles of the axis between which a value was measured.
+pub(crate) const ANGLE: &str = "angle";
 
 /// A stretch of a condition that measurements must cover, by the values that were reached.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,7 +20,7 @@ pub struct Cover {
     pub measurand: Option<String>,
     /// Axis on which it must be covered; each one if `None`.
     pub axis: Option<String>,
-    /// Name of the condition, e.g. `elevation`.
+    /// Name of the condition, e.g. `elevation`, or `angle`.
     pub condition: String,
     /// Ends of the stretch, SI.
     pub range: [f64; 2],
@@ -43,7 +46,8 @@ pub(super) const FIELDS: &[Field] = &[
     Field::required(
         "condition",
         Shape::Text,
-        "Condition, e.g. `elevation`; the values that were reached count.",
+        "Condition, e.g. `elevation`, by the values that were reached; `angle`: the angles of the axis between which a value was \
+         measured.",
     ),
     Field::required("range", Shape::Text, "Range, e.g. `-6 deg .. 86 deg`."),
     Field::required("gap", Shape::Text, "Largest distance between neighbouring values, e.g. `11 deg`."),
@@ -54,7 +58,12 @@ pub(super) const FIELDS: &[Field] = &[
 pub(super) fn read(table: &mut TableReader<'_>) -> Option<Cover> {
     let measurand = table.text("measurand");
     let axis = table.text("axis");
-    let (condition, kind) = named_condition(table, "condition")?;
+    let condition = table.text("condition")?;
+    let Some(kind) = kind_of(&condition) else {
+        let help = suggestion(&condition, condition::names().chain([ANGLE]));
+        table.mistake("condition", format!("unknown condition `{condition}`"), Some(help));
+        return None;
+    };
     let range = limit(table, "range", kind)?;
     let (Some(low), Some(high)) = (range.low, range.high) else {
         let help = format!("write both ends, e.g. `{} .. …`", kind.example());
@@ -64,6 +73,11 @@ pub(super) fn read(table: &mut TableReader<'_>) -> Option<Cover> {
     let largest_gap = length(table, "gap", kind)?;
     let ends = length(table, "ends", kind)?;
     Some(Cover { measurand, axis, condition, range: [low, high], largest_gap, ends, text: range.text })
+}
+
+/// The kind of quantity of what must be covered.
+fn kind_of(condition: &str) -> Option<QuantityKind> {
+    if condition == ANGLE { Some(QuantityKind::Angle) } else { condition::kind_of(condition) }
 }
 
 fn length(table: &mut TableReader<'_>, key: &'static str, kind: QuantityKind) -> Option<f64> {
@@ -127,8 +141,7 @@ impl Requirement {
 impl Cover {
     /// `elevation -6 deg .. 86 deg, gaps up to 11 deg`.
     pub fn text(&self) -> String {
-        let gap = condition::kind_of(&self.condition)
-            .map_or_else(String::new, |kind| kind.format(self.largest_gap));
+        let gap = kind_of(&self.condition).map_or_else(String::new, |kind| kind.format(self.largest_gap));
         let axis = self.axis.as_ref().map_or_else(String::new, |axis| format!("{axis}: "));
         let measurand = self.measurand.as_ref().map_or_else(String::new, |name| format!("{name}: "));
         format!("{axis}{measurand}{} {}, gaps up to {gap}", self.condition, self.text)
@@ -139,20 +152,36 @@ impl Cover {
             && self.axis.as_ref().is_none_or(|own| own == axis)
     }
 
+    /// The part of the condition that each of these measurements reached, by its lower end: a single value has two equal ends.
+    fn reached(&self, kind: QuantityKind, measurements: &[&Measurement]) -> Vec<[f64; 2]> {
+        let mut reached: Vec<[f64; 2]> = if self.condition == ANGLE {
+            measurements.iter().filter_map(|m| m.angles_rad).collect()
+        } else {
+            let all = measurements.iter().flat_map(|m| &m.conditions).filter(|c| c.name == self.condition);
+            all.filter_map(|c| c.achieved).map(|value| [condition::compared(kind, value); 2]).collect()
+        };
+        reached.retain(|ends| ends.iter().all(|end| end.is_finite()));
+        reached.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        reached
+    }
+
     /// What of the stretch these measurements leave out; `None` if nothing.
     fn lacking(&self, measurements: &[&Measurement]) -> Option<String> {
-        let kind = condition::kind_of(&self.condition)?;
-        let conditions = measurements.iter().flat_map(|m| &m.conditions).filter(|c| c.name == self.condition);
-        let reached = conditions.filter_map(|c| c.achieved).filter(|value| value.is_finite());
-        let mut values: Vec<f64> = reached.map(|value| condition::compared(kind, value)).collect();
-        values.sort_by(f64::total_cmp);
+        let kind = kind_of(&self.condition)?;
+        let reached = self.reached(kind, measurements);
         let [low, high] = self.range;
         // Values were parsed from degrees and come back from sums: equal up to rounding is equal.
         let rounding = ROUNDING_RATIO * low.abs().max(high.abs());
-        let (Some(&least), Some(&most)) = (values.first(), values.last()) else {
+        let Some(&[least, first_end]) = reached.first() else {
             return Some(format!("{} {}, reached nowhere", self.condition, self.text));
         };
-        let widest = values.windows(2).map(|pair| [pair[0], pair[1]]).filter(|[a, b]| *b > low && *a < high);
+        let mut most = first_end;
+        let mut gaps = Vec::new();
+        for &[from, to] in &reached[1..] {
+            gaps.push([most, from]);
+            most = most.max(to);
+        }
+        let widest = gaps.into_iter().filter(|[a, b]| *b > low && *a < high);
         let widest = widest.max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])));
         let format = |value: f64| shown(kind, value);
         let reaches_ends = least <= low + self.ends + rounding && most >= high - self.ends - rounding;

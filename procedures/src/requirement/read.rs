@@ -206,10 +206,7 @@ fn measurand_kind(
 }
 
 /// The condition that a key names, with the kind of its quantity.
-pub(super) fn named_condition(
-    table: &mut TableReader<'_>,
-    key: &'static str,
-) -> Option<(String, QuantityKind)> {
+fn named_condition(table: &mut TableReader<'_>, key: &'static str) -> Option<(String, QuantityKind)> {
     let name = table.text(key)?;
     let kind = condition::kind_of(&name);
     if kind.is_none() {

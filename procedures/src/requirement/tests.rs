@@ -145,6 +145,9 @@ fn claims_name_axes_and_stretches_and_their_mistakes_are_pointed_at() {
     let right = one("measurand = ['friction-torque']\nlimit = '<= 260 N*m'\naxes = ['az', 'el']\n\
          covers = [{ condition = 'velocity', range = '0.5 deg/s .. 10 deg/s', gap = '5 deg/s', ends = '0.1 deg/s' }]");
     assert_eq!(right.claims(), ["axes az, el", "velocity 0.5 deg/s .. 10 deg/s, gaps up to 5 deg/s"]);
+    let travel = one("measurand = ['friction-torque']\nlimit = '<= 260 N*m'\n\
+         covers = [{ condition = 'angle', range = '-150 deg .. 150 deg', gap = '0 deg', ends = '5 deg' }]");
+    assert_eq!(travel.claims(), ["angle -150 deg .. 150 deg, gaps up to 0 deg"]);
     let wrong = |covers: &str| {
         let keys =
             format!("measurand = ['friction-torque']\nlimit = '<= 260 N*m'\ncovers = [{{ {covers} }}]");

@@ -32,11 +32,12 @@ pub(super) fn requirements(schema: &mut Value) {
     let requirement = "/properties/requirement/items/properties";
     let measurands: Vec<&str> = KINDS.iter().flat_map(|k| k.measurands.iter().map(|m| m.name)).collect();
     let conditions: Vec<&str> = CONDITIONS.iter().map(|(name, _)| *name).collect();
+    let covered = [&conditions[..], &[crate::requirement::ANGLE]].concat();
     for (place, words) in [
         ("/measurand/items", &measurands),
         ("/judge/items/properties/measurand", &measurands),
         ("/covers/items/properties/measurand", &measurands),
-        ("/covers/items/properties/condition", &conditions),
+        ("/covers/items/properties/condition", &covered),
         ("/judge/items/properties/mask/properties/over", &conditions),
     ] {
         set_at(schema, &format!("{requirement}{place}"), "enum", json!(words));

@@ -304,6 +304,46 @@ fn a_requirement_passes_only_over_the_axes_and_conditions_that_it_claims() {
     assert!(told(both(&short, &WHOLE_DEG)).ends_with("reached 4 deg to 86 deg"));
 }
 
+/// A requirement that claims azimuth from -150 to 150 degrees without a gap, judged by values that were measured over these stretches.
+fn over_travel(stretches_deg: &[[f64; 2]]) -> (Verdict, Option<String>) {
+    let cover = Cover {
+        condition: "angle".to_owned(),
+        range: [-150.0, 150.0].map(f64::to_radians),
+        largest_gap: 0.0,
+        ends: 5_f64.to_radians(),
+        text: "-150 deg .. 150 deg".to_owned(),
+        ..claiming().covers.remove(0)
+    };
+    let requirement = Requirement { axes: Vec::new(), covers: vec![cover], ..claiming() };
+    let one = |ends_deg: &[f64; 2]| Measurement {
+        angles_rad: Some(ends_deg.map(f64::to_radians)),
+        ..measured(5.0, 0.2, f64::INFINITY)
+    };
+    let measurements = stretches_deg.iter().map(one).collect();
+    let (outcomes, _) = roll_up(
+        &Requirements { all: vec![requirement] },
+        &[("P".to_owned(), measurements)],
+        &[],
+        Claim::Acceptance,
+    );
+    let outcome = outcomes.into_iter().next().expect("one requirement");
+    (outcome.verdict, outcome.reason)
+}
+
+#[test]
+fn a_requirement_that_claims_angles_passes_only_where_strokes_leave_none_out() {
+    assert_eq!(over_travel(&[[-148.0, 147.0]]), (Verdict::Pass, None));
+    let told = |stretches: &[[f64; 2]]| {
+        let (verdict, reason) = over_travel(stretches);
+        assert_eq!(verdict, Verdict::Inconclusive);
+        reason.expect("it says what is missing")
+    };
+    assert!(told(&[[-57.0, 57.0]]).ends_with("m: angle -150 deg .. 150 deg, reached -57 deg to 57 deg"));
+    assert!(told(&[[20.0, 150.0], [-150.0, -20.0]]).ends_with("nothing between -20 deg and 20 deg"));
+    // A long stroke is not cut short by a shorter one that begins within it.
+    assert_eq!(over_travel(&[[-150.0, 100.0], [-60.0, 60.0], [90.0, 150.0]]).0, Verdict::Pass);
+}
+
 #[test]
 fn what_was_asked_for_and_not_reached_covers_nothing() {
     let mut measurements = [sweep("az", &WHOLE_DEG), sweep("el", &WHOLE_DEG)].concat();

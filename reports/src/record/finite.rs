@@ -103,6 +103,7 @@ fn finite_measurement(m: &mut Measurement) -> bool {
     let u_lost = !m.u.is_finite();
     m.dof = m.dof.filter(|d| d.is_finite());
     m.evidence.retain(|e| e.t0_s.is_finite() && e.t1_s.is_finite());
+    m.angles_rad = m.angles_rad.filter(|ends| ends.iter().all(|end| end.is_finite()));
     m.conditions.retain(|c| c.requested.is_finite());
     m.conditions.iter_mut().for_each(|c| c.achieved = c.achieved.filter(|v| v.is_finite()));
     if !value_lost && !u_lost {

@@ -2,6 +2,7 @@ use procedures::case::Case;
 use procedures::kinds::{self, Kind, Measurand};
 use procedures::measurement::{Condition, Measurement};
 use procedures::requirement::Requirement;
+use procedures::stimulus::Stimulus;
 use procedures::verdict::applies;
 
 use crate::files::rig::read_rig;
@@ -146,9 +147,17 @@ fn loops_in_a_rebuilt_unit_want_polarity_of_their_own_and_no_check_of_it_waits_f
 fn reached_as_planned(plan: &CampaignPlan) -> Vec<Measurement> {
     let of_case = |kind: &'static Kind, case: &Case| {
         let conditions = Condition::reached(case, |request| Some(request.value));
+        let strokes = case.segments.iter().filter_map(|segment| match segment.stimulus {
+            Stimulus::Reversals { from_rad, to_rad, .. } => {
+                Some([from_rad.min(to_rad), from_rad.max(to_rad)])
+            }
+            _ => None,
+        });
+        let angles_rad = strokes.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
         let one = |m: &Measurand| Measurement {
             conditions: conditions.clone(),
             value: Some(0.0),
+            angles_rad,
             ..Measurement::new(m.name, &case.axis, m.kind, None, "plan/1")
         };
         kind.measurands.iter().map(one).collect::<Vec<_>>()

@@ -276,6 +276,7 @@ impl<'a> SeparatingPoint<'a> {
         m.conditions.clone_from(&self.point.conditions);
         m.evidence.clone_from(&self.point.evidence);
         m.flags.push(format!("variance inflation {:.1}", self.fit.inflation_factor()));
+        self.point.half_sum.angles_rad().into_iter().for_each(|angles_rad| m.set_angles(angles_rad));
         if self.point.unsettled_count > 0 {
             let reason = "the loop had not settled there in one of the directions".to_owned();
             m.excluded.push(Exclusion {
@@ -335,8 +336,8 @@ fn unbalance_from_poses(axis: &str, sliding: &[&SlidingPoint]) -> Option<Measure
         let reason = FrictionReason::NoSlowPoint { least: LEAST_PERIODS };
         return Some(Measurement::inconclusive(UNBALANCE, axis, Q::Torque, POSES_ESTIMATOR, reason));
     }
-    let [value, u, dof] =
-        unbalance_of_poses(&pose.half_sum.middle(periods), &opposite.half_sum.middle(periods)).ok()?;
+    let middle = pose.half_sum.middle(periods);
+    let [value, u, dof] = unbalance_of_poses(&middle, &opposite.half_sum.middle(periods)).ok()?;
     let spread = combine(&[
         Component { u, dof },
         Component::known(pose.quantum_u),
@@ -347,5 +348,6 @@ fn unbalance_from_poses(axis: &str, sliding: &[&SlidingPoint]) -> Option<Measure
     m.conditions = pose.conditions.iter().filter(|c| c.name == "velocity").cloned().collect();
     m.evidence = pose.evidence.iter().chain(&opposite.evidence).cloned().collect();
     m.flags.push("half the difference of two opposite poses".to_owned());
+    middle.angles_rad().into_iter().for_each(|angles_rad| m.set_angles(angles_rad));
     Some(m)
 }

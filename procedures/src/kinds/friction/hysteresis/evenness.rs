@@ -23,13 +23,17 @@ pub(super) fn measure(finding: &Finding, friction: &Measurement, scale: TorqueSc
     if finding.static_map || friction.kind != Q::Torque {
         return Vec::new();
     }
-    let one = |name: &str, kind: Q, found: Option<Estimate>| Measurement {
-        point: friction.point.clone(),
-        conditions: friction.conditions.clone(),
-        excluded: friction.excluded.clone(),
-        evidence: friction.evidence.clone(),
-        inconclusive: friction.inconclusive.clone(),
-        ..Measurement::new(name, &friction.axis, kind, found, ESTIMATOR)
+    let one = |name: &str, kind: Q, found: Option<Estimate>| {
+        let mut m = Measurement {
+            point: friction.point.clone(),
+            conditions: friction.conditions.clone(),
+            excluded: friction.excluded.clone(),
+            evidence: friction.evidence.clone(),
+            inconclusive: friction.inconclusive.clone(),
+            ..Measurement::new(name, &friction.axis, kind, found, ESTIMATOR)
+        };
+        friction.angles_rad.into_iter().for_each(|angles_rad| m.set_angles(angles_rad));
+        m
     };
     let known = finding.friction.as_ref();
     let mut all =

@@ -225,6 +225,11 @@ fn friction(case: &Case, record: &Record<'_>, finding: &Finding) -> Measurement 
     measurement.flags.clone_from(&finding.flags);
     measurement.excluded.clone_from(&finding.excluded);
     measurement.evidence.clone_from(&finding.evidence);
+    if measurement.value.is_some()
+        && let Some(angles_rad) = finding.half_sum.angles_rad()
+    {
+        measurement.set_angles(angles_rad);
+    }
     measurement
 }
 

@@ -30,11 +30,16 @@ pub(super) fn measure(case: &Case, window: &Window, axes: &Axes, spin: &Spin) ->
         Err(reason) => return without(case, &reason),
     };
     let both = KINDS.into_iter().zip([found.play_rad, found.slip_ratio]);
-    let measurement = |((name, kind), estimate): ((&str, Q), _)| Measurement {
-        point: Some(case.point.clone()),
-        conditions: point::conditions(case, spin),
-        evidence: spin.samples.evidence(),
-        ..Measurement::new(name, &case.axis, kind, Some(estimate), ESTIMATOR)
+    let passed_rad = spin.samples.passed_rad(spin.turning);
+    let measurement = |((name, kind), estimate): ((&str, Q), _)| {
+        let mut m = Measurement {
+            point: Some(case.point.clone()),
+            conditions: point::conditions(case, spin),
+            evidence: spin.samples.evidence(),
+            ..Measurement::new(name, &case.axis, kind, Some(estimate), ESTIMATOR)
+        };
+        m.set_angles(passed_rad);
+        m
     };
     both.map(measurement).collect()
 }

@@ -33,13 +33,15 @@ fn measured(keys: &Slow, case: &Case, window: &Window, axes: &Axes) -> Result<Me
     let turned_rad = &samples.turned_rad[usize::from(is_inner)];
     let estimate =
         pitch_error(turned_rad, &about_axis(&samples, is_inner), samples.period_s, keys.pitches_per_rev)?;
-    Ok(Measurement {
+    let mut measured = Measurement {
         point: Some(case.point.clone()),
         flags: samples.flags.clone(),
         excluded: samples.excluded.clone(),
         evidence: samples.evidence(),
         ..Measurement::new(RIPPLE, &case.axis, Q::Angle, Some(estimate), ESTIMATOR)
-    })
+    };
+    measured.set_angles(samples.passed_rad(usize::from(is_inner)));
+    Ok(measured)
 }
 
 /// Rate about the axis by the gyros, over each sample but the first.
