@@ -82,7 +82,7 @@ pub struct Outcome {
     pub before_coverage: Verdict,
     /// Procedure and judgement that decided; `None` if nothing was measured.
     pub decided_by: Option<(String, Judgement)>,
-    /// The same for each measurand that the requirement judges and somebody measured, in the order of the requirement.
+    /// The same for each limit of each measurand that the requirement judges and somebody measured, in the order of the requirement.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub by_measurand: Vec<MeasurandOutcome>,
     /// How many measurements were judged.
@@ -94,16 +94,19 @@ pub struct Outcome {
     pub reason: Option<String>,
 }
 
-/// What came of one of the measurands that a requirement judges.
+/// What came of one of the limits of a requirement: that of a measurand, or of one of its bands.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MeasurandOutcome {
     /// The measurand.
     pub measurand: String,
+    /// The band of conditions, as text, whose limit it is; `None`: that of everything outside of bands.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub band: Option<String>,
     /// Verdict of its worst measurement, as the requirement's coverage leaves it.
     pub verdict: Verdict,
     /// Procedure and judgement of that measurement.
     pub decided_by: (String, Judgement),
-    /// How many of its measurements were judged.
+    /// How many measurements were judged by this limit.
     pub judged: usize,
 }
 

@@ -77,8 +77,8 @@ pub(crate) fn named_only(findings: &Findings) -> Vec<(&'static str, Vec<&str>)> 
     named
 }
 
-/// All rows in the order of the requirements: one for each measurand that was measured where a requirement judges several, so
-/// that no shortfall hides behind another.
+/// All rows in the order of the requirements: one for each limit by which something was measured where a requirement has several,
+/// so that no shortfall hides behind another.
 pub(crate) fn rows(findings: &Findings) -> Vec<Row<'_>> {
     let mut rows = Vec::new();
     for requirement in &findings.requirements {
@@ -114,7 +114,7 @@ impl Row<'_> {
     }
 }
 
-/// The row of one measurand of a requirement; of all of them together for `None`.
+/// The row of one limit of a requirement; of all of them together for `None`.
 fn row<'a>(
     findings: &'a Findings,
     requirement: &'a RequirementFindings,
@@ -130,7 +130,9 @@ fn row<'a>(
         verdict,
         value: "—".to_owned(),
         expanded_u: "—".to_owned(),
-        limit: limits(requirement, of.map(|one| one.measurand.as_str())),
+        limit: of
+            .and_then(|one| own_limit(requirement, outcome?, one))
+            .unwrap_or_else(|| limits(requirement, of.map(|one| one.measurand.as_str()))),
         decisive_limit: None,
         goal: None,
         rule: requirement.judges.iter().find(|j| j.is_limited()).map_or("—", |j| j.rule.short()),
@@ -154,6 +156,9 @@ fn row<'a>(
             .or_else(|| judgement.reason.clone())
             .or_else(|| measurement.inconclusive.clone());
         fill_numbers(&mut row, measurement, judgement);
+        if let Some(special) = judgement.limit.as_ref().filter(|_| of.is_none_or(|one| one.band.is_none())) {
+            row.limit = format!("{} (here {})", row.limit, number::typeset(&special.text));
+        }
         row.evidence = Some(Evidence {
             procedure: &procedure.id,
             measurement: judgement.measurement,
@@ -164,16 +169,19 @@ fn row<'a>(
             log: measurement.evidence.first(),
         });
     }
-    let goals = requirement.judges.iter().find_map(|j| j.goal.as_ref());
-    row.goal = goals.map(|goal| {
-        let met = match goal_met {
-            Some(true) => ": met",
-            Some(false) => ": not met",
-            None => "",
-        };
-        format!("goal {}{met}", limit_text(goal))
-    });
+    row.goal = goal(requirement, goal_met);
     row
+}
+
+/// The goal beside the limit, and whether it was met.
+fn goal(requirement: &RequirementFindings, goal_met: Option<bool>) -> Option<String> {
+    let met = match goal_met {
+        Some(true) => ": met",
+        Some(false) => ": not met",
+        None => "",
+    };
+    let goal = requirement.judges.iter().find_map(|j| j.goal.as_ref())?;
+    Some(format!("goal {}{met}", limit_text(goal)))
 }
 
 fn unmeasured_reason(
@@ -206,9 +214,6 @@ fn fill_numbers(row: &mut Row<'_>, measurement: &Measurement, judgement: &Judgem
     let (value_text, u_text) = unit.pair(value, judgement.expanded_u);
     row.value = bounded(measurement, unit.text(&value_text));
     row.expanded_u = unit.text(&u_text);
-    if let Some(special) = &judgement.limit {
-        row.limit = format!("{} (here {})", row.limit, number::typeset(&special.text));
-    }
     if let Some(margin) = judgement.margin {
         row.margin = unit.text(&unit.pair(margin, judgement.expanded_u).0);
         row.margin_ratio = limit.as_ref().and_then(|l| margin::ratio(l, margin));
@@ -219,6 +224,16 @@ fn fill_numbers(row: &mut Row<'_>, measurement: &Measurement, judgement: &Judgem
             .then(|| unit.text(&unit.pair(judgement.guard_band, judgement.guard_band).0));
     }
     row.probability_outside = judgement.probability_outside.map(number::percent);
+}
+
+/// The limit of a row that shares its measurand with rows of bands, as printed; `None`: it has the measurand for itself.
+fn own_limit(requirement: &RequirementFindings, outcome: &Outcome, one: &MeasurandOutcome) -> Option<String> {
+    if let Some(band) = &one.band {
+        return Some(number::typeset(band));
+    }
+    let bands = || outcome.by_measurand.iter().filter(|o| o.measurand == one.measurand && o.band.is_some());
+    bands().next()?;
+    requirement.judged(&one.measurand)?.limit.as_ref().map(limit_text)
 }
 
 /// The limits of a requirement as printed, or those of one measurand; those that nothing measures yet as a person wrote them.

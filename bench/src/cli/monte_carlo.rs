@@ -107,7 +107,10 @@ fn readings(findings: &Findings) -> Vec<Reading> {
             let Some((_, measurement, judgement)) = findings.deciding(&one.decided_by) else { continue };
             readings.push(Reading {
                 requirement: outcome.requirement.clone(),
-                measurand: one.measurand.clone(),
+                measurand: one
+                    .band
+                    .as_ref()
+                    .map_or_else(|| one.measurand.clone(), |band| format!("{} ({band})", one.measurand)),
                 kind: measurement.kind,
                 value_si: measurement.value,
                 verdict: judgement.verdict,

@@ -35,11 +35,15 @@ impl Judged {
         self.limit.is_some() || !self.bands.is_empty() || self.mask.is_some()
     }
 
+    /// The band whose conditions a measurement meets.
+    pub(crate) fn band_of(&self, measurement: &Measurement) -> Option<&Band> {
+        self.bands.iter().find(|band| band.holds(measurement))
+    }
+
     /// The limit that holds for a measurement: that of the band whose conditions it meets, else of the mask, else the
     /// one for everything. A measurement outside all of them is only reported.
     pub fn limit_of(&self, measurement: &Measurement) -> Option<Cow<'_, Limit>> {
-        let band =
-            self.bands.iter().find(|band| band.holds(measurement)).map(|band| Cow::Borrowed(&band.limit));
+        let band = self.band_of(measurement).map(|band| Cow::Borrowed(&band.limit));
         band.or_else(|| self.mask.as_ref()?.at(measurement).map(Cow::Owned))
             .or_else(|| self.limit.as_ref().map(Cow::Borrowed))
     }

@@ -4,7 +4,7 @@ use super::{Judgement, MeasurandOutcome, Outcome, Overall, Verdict, applies, jud
 use crate::campaign::Claim;
 use crate::condition::{Meets, kind_of, same};
 use crate::measurement::Measurement;
-use crate::requirement::{Requirement, Requirements, Take};
+use crate::requirement::{Band, Requirement, Requirements, Take};
 
 /// Every requirement's outcome over all procedures (id, measurements), in the order of the requirements file.
 ///
@@ -70,16 +70,7 @@ fn outcome(
     }
     let is_covered = values.is_empty() && covers.is_empty();
     let verdict = covered(before_coverage, is_covered, is_screening);
-    let by_measurand = |judged: &crate::requirement::Judged| {
-        let own = || all.iter().filter(|j| j.measurement.measurand == judged.measurand);
-        let worst = worst_of(own())?;
-        Some(MeasurandOutcome {
-            measurand: judged.measurand.clone(),
-            verdict: covered(worst.judgement.verdict, is_covered, is_screening),
-            decided_by: worst.decided_by(),
-            judged: own().filter(|j| j.counts).count(),
-        })
-    };
+    let own_verdict = |verdict| covered(verdict, is_covered, is_screening);
     let missing: Vec<String> = measurands.into_iter().chain(values).chain(covers).collect();
     Outcome {
         requirement: requirement.id.clone(),
@@ -87,10 +78,35 @@ fn outcome(
         before_coverage,
         reason: (!missing.is_empty()).then(|| format!("not measured: {}", missing.join(", "))),
         decided_by: worst.map(Judged::decided_by),
-        by_measurand: requirement.judges.iter().filter_map(by_measurand).collect(),
+        by_measurand: by_limit(requirement, &all, own_verdict),
         judged,
         required,
     }
+}
+
+/// The same for each limit: that of each measurand, and those of its bands. `covered` is what coverage leaves of a verdict.
+fn by_limit(
+    requirement: &Requirement,
+    all: &[Judged<'_>],
+    covered: impl Fn(Verdict) -> Verdict,
+) -> Vec<MeasurandOutcome> {
+    let limits = requirement.judges.iter().flat_map(|judged| {
+        let bands = judged.bands.iter().map(Some);
+        std::iter::once(None).chain(bands).map(move |band| (judged, band))
+    });
+    let outcome = |(judged, band): (&crate::requirement::Judged, Option<&Band>)| {
+        let is_own = |m: &Measurement| m.measurand == judged.measurand && judged.band_of(m) == band;
+        let own = || all.iter().filter(|j| is_own(j.measurement));
+        let worst = worst_of(own())?;
+        Some(MeasurandOutcome {
+            measurand: judged.measurand.clone(),
+            band: band.map(Band::text),
+            verdict: covered(worst.judgement.verdict),
+            decided_by: worst.decided_by(),
+            judged: own().filter(|j| j.counts).count(),
+        })
+    };
+    limits.filter_map(outcome).collect()
 }
 
 /// A measurement that a requirement judges.

@@ -6,7 +6,11 @@ use crate::campaign::Claim;
 use crate::condition::Meets;
 use crate::measurement::{Bound, Condition};
 use crate::quantity::QuantityKind as K;
-use crate::requirement::{Cover, Judged, Requirements, Rule, Take, Where};
+use crate::requirement::{Band, Judged, Requirements, Rule, Take, Where};
+
+mod coverage;
+
+use coverage::sweep;
 
 fn requirement(id: &str, kind: K, limit: Option<&str>, rule: Rule) -> Requirement {
     let limit = limit.map(|text| kind.parse_limit(text).expect("a limit"));
@@ -242,138 +246,6 @@ fn overall_goes_from_fail_down_to_pass_with_incomplete_between() {
     assert_eq!(overall(&[], &[]), Overall::Incomplete, "nothing judged is no pass");
 }
 
-/// A requirement that claims both axes and elevations from -6 to 86 degrees, at the most 11 degrees apart.
-fn claiming() -> Requirement {
-    let cover = Cover {
-        measurand: None,
-        axis: None,
-        condition: "elevation".to_owned(),
-        range: [-6.0, 86.0].map(f64::to_radians),
-        largest_gap: 11_f64.to_radians(),
-        ends: 1_f64.to_radians(),
-        text: "-6 deg .. 86 deg".to_owned(),
-    };
-    let base = requirement("A", K::Torque, Some("<= 10 N*m"), Rule::GuardedU);
-    Requirement { axes: vec!["az".to_owned(), "el".to_owned()], covers: vec![cover], ..base }
-}
-
-/// Good values at these elevations, degrees; reached half a degree higher than asked for.
-fn sweep(axis: &str, elevations_deg: &[f64]) -> Vec<Measurement> {
-    let at = |deg: &f64| {
-        let condition = Condition {
-            name: "elevation".to_owned(),
-            requested: (deg - 0.5).to_radians(),
-            achieved: Some(deg.to_radians()),
-            kind: K::Angle,
-        };
-        Measurement {
-            axis: axis.to_owned(),
-            conditions: vec![condition],
-            ..measured(5.0, 0.2, f64::INFINITY)
-        }
-    };
-    elevations_deg.iter().map(at).collect()
-}
-
-fn claimed(measurements: Vec<Measurement>, claim: Claim) -> (Verdict, Option<String>, Overall) {
-    let (outcomes, overall) =
-        roll_up(&Requirements { all: vec![claiming()] }, &[("P".to_owned(), measurements)], &[], claim);
-    let outcome = outcomes.into_iter().next().expect("one requirement");
-    (outcome.verdict, outcome.reason, overall)
-}
-
-const WHOLE_DEG: [f64; 10] = [-6.0, 4.0, 14.0, 24.0, 34.0, 44.0, 54.0, 64.0, 75.0, 86.0];
-
-#[test]
-fn a_requirement_passes_only_over_the_axes_and_conditions_that_it_claims() {
-    let both = |az: &[f64], el: &[f64]| [sweep("az", az), sweep("el", el)].concat();
-    let (verdict, reason, overall) = claimed(both(&WHOLE_DEG, &WHOLE_DEG), Claim::Acceptance);
-    assert_eq!((verdict, reason, overall), (Verdict::Pass, None, Overall::Pass));
-    let told = |measurements| {
-        let (verdict, reason, overall) = claimed(measurements, Claim::Acceptance);
-        assert_eq!((verdict, overall), (Verdict::Inconclusive, Overall::Inconclusive));
-        reason.expect("it says what is missing")
-    };
-    let one = "not measured: m on el: elevation -6 deg .. 86 deg, reached 45 deg only";
-    assert_eq!(told(both(&WHOLE_DEG, &[45.0])), one);
-    assert_eq!(told(sweep("az", &WHOLE_DEG)), "not measured: m on el");
-    let hole: Vec<f64> = WHOLE_DEG.into_iter().filter(|deg| *deg != 34.0).collect();
-    let found = told(both(&hole, &WHOLE_DEG));
-    assert_eq!(found, "not measured: m on az: elevation -6 deg .. 86 deg, nothing between 24 deg and 44 deg");
-    let short: Vec<f64> = WHOLE_DEG.into_iter().filter(|deg| *deg > 0.0).collect();
-    assert!(told(both(&short, &WHOLE_DEG)).ends_with("reached 4 deg to 86 deg"));
-}
-
-/// A requirement that claims azimuth from -150 to 150 degrees without a gap, judged by values that were measured over these stretches.
-fn over_travel(stretches_deg: &[[f64; 2]]) -> (Verdict, Option<String>) {
-    let cover = Cover {
-        condition: "angle".to_owned(),
-        range: [-150.0, 150.0].map(f64::to_radians),
-        largest_gap: 0.0,
-        ends: 5_f64.to_radians(),
-        text: "-150 deg .. 150 deg".to_owned(),
-        ..claiming().covers.remove(0)
-    };
-    let requirement = Requirement { axes: Vec::new(), covers: vec![cover], ..claiming() };
-    let one = |ends_deg: &[f64; 2]| Measurement {
-        angles_rad: Some(ends_deg.map(f64::to_radians)),
-        ..measured(5.0, 0.2, f64::INFINITY)
-    };
-    let measurements = stretches_deg.iter().map(one).collect();
-    let (outcomes, _) = roll_up(
-        &Requirements { all: vec![requirement] },
-        &[("P".to_owned(), measurements)],
-        &[],
-        Claim::Acceptance,
-    );
-    let outcome = outcomes.into_iter().next().expect("one requirement");
-    (outcome.verdict, outcome.reason)
-}
-
-#[test]
-fn a_requirement_that_claims_angles_passes_only_where_strokes_leave_none_out() {
-    assert_eq!(over_travel(&[[-148.0, 147.0]]), (Verdict::Pass, None));
-    let told = |stretches: &[[f64; 2]]| {
-        let (verdict, reason) = over_travel(stretches);
-        assert_eq!(verdict, Verdict::Inconclusive);
-        reason.expect("it says what is missing")
-    };
-    assert!(told(&[[-57.0, 57.0]]).ends_with("m: angle -150 deg .. 150 deg, reached -57 deg to 57 deg"));
-    assert!(told(&[[20.0, 150.0], [-150.0, -20.0]]).ends_with("nothing between -20 deg and 20 deg"));
-    // A long stroke is not cut short by a shorter one that begins within it.
-    assert_eq!(over_travel(&[[-150.0, 100.0], [-60.0, 60.0], [90.0, 150.0]]).0, Verdict::Pass);
-}
-
-#[test]
-fn what_was_asked_for_and_not_reached_covers_nothing() {
-    let mut measurements = [sweep("az", &WHOLE_DEG), sweep("el", &WHOLE_DEG)].concat();
-    measurements.iter_mut().for_each(|m| m.conditions[0].achieved = None);
-    let (verdict, reason, _) = claimed(measurements, Claim::Acceptance);
-    assert_eq!(verdict, Verdict::Inconclusive);
-    assert!(reason.is_some_and(|reason| reason.contains("elevation -6 deg .. 86 deg, reached nowhere")));
-}
-
-#[test]
-fn a_screening_has_no_verdict_on_what_it_looked_at_in_part_and_fails_a_shortfall_all_the_same() {
-    let (verdict, reason, overall) = claimed(sweep("az", &[45.0]), Claim::Screening);
-    assert_eq!((verdict, overall), (Verdict::Screened, Overall::Screening));
-    assert!(reason.is_some_and(|reason| reason.contains("m on el")));
-    let whole = [sweep("az", &WHOLE_DEG), sweep("el", &WHOLE_DEG)].concat();
-    let (verdict, _, overall) = claimed(whole, Claim::Screening);
-    assert_eq!((verdict, overall), (Verdict::Pass, Overall::Screening), "a first look is no acceptance");
-    let mut bad = sweep("az", &[45.0]);
-    bad[0].value = Some(12.0);
-    assert_eq!(claimed(bad, Claim::Screening).2, Overall::Fail);
-    let mut none = sweep("az", &[45.0]);
-    none[0].value = None;
-    none[0].inconclusive = Some("no rows".to_owned());
-    assert_eq!(
-        claimed(none, Claim::Screening).2,
-        Overall::Inconclusive,
-        "a number that is missing is missing"
-    );
-}
-
 #[test]
 fn margins_of_different_quantities_compare_by_their_uncertainties_and_each_has_its_outcome() {
     let mut both = requirement("COG", K::SpatialOrder, Some("143.5 .. 144.5 1/rev"), Rule::Simple);
@@ -421,6 +293,40 @@ fn a_second_shortfall_of_one_requirement_is_not_hidden_by_the_first() {
     assert_eq!(
         outcomes[0].by_measurand.iter().map(found).collect::<Vec<_>>(),
         [("m".to_owned(), Verdict::Fail, 0, 2), ("peak".to_owned(), Verdict::Fail, 2, 2)]
+    );
+}
+
+/// The tighter limit of one band hides no shortfall by that of everything else.
+#[test]
+fn each_band_of_a_measurand_has_an_outcome_of_its_own() {
+    let limit = |text: &str| K::Time.parse_limit(text).expect("a limit");
+    let mut latency = requirement("LAT", K::Time, Some("<= 45 ms"), Rule::Simple);
+    let fast = Where {
+        condition: "frame-rate".to_owned(),
+        meets: Meets::Limit(K::Frequency.parse_limit(">= 150 Hz").expect("a limit")),
+    };
+    latency.judges[0].bands = vec![Band { conditions: vec![fast], limit: limit("<= 9 ms") }];
+    let at = |frame_rate_hz: f64, value: f64| Measurement {
+        kind: K::Time,
+        conditions: vec![Condition {
+            name: "frame-rate".to_owned(),
+            requested: frame_rate_hz,
+            achieved: Some(frame_rate_hz),
+            kind: K::Frequency,
+        }],
+        ..measured(value, 1e-5, 9.0)
+    };
+    let all = vec![at(60.0, 47e-3), at(200.0, 12e-3), at(200.0, 8e-3)];
+    let (outcomes, _) =
+        roll_up(&Requirements { all: vec![latency] }, &[("P".to_owned(), all)], &[], Claim::Acceptance);
+    let found =
+        |one: &MeasurandOutcome| (one.band.clone(), one.verdict, one.decided_by.1.measurement, one.judged);
+    assert_eq!(
+        outcomes[0].by_measurand.iter().map(found).collect::<Vec<_>>(),
+        [
+            (None, Verdict::Fail, 0, 1),
+            (Some("<= 9 ms where frame-rate >= 150 Hz".to_owned()), Verdict::Fail, 1, 2)
+        ]
     );
 }
 

@@ -6,6 +6,7 @@ use analysis::angle_map::Grid;
 use analysis::cogging::{Amplitude, Beside, Branch, Harmonic, Settings, Spectrum};
 use analysis::derivative::Differentiator;
 use analysis::estimate::Estimate;
+use analysis::goodness::BY_SCATTER;
 use analysis::uncertainty::{Component, combine};
 
 use super::peak;
@@ -183,7 +184,9 @@ pub(super) fn measure(
     match slowest {
         Some(slowest) => {
             let peak = slowest.peak(axis, limits);
-            [slowest.main_line(axis, limits), vec![peak], slowest.harmonics(axis)].concat()
+            let mut all = [slowest.main_line(axis, limits), vec![peak], slowest.harmonics(axis)].concat();
+            all.iter_mut().for_each(|m| m.flags.push(BY_SCATTER.to_owned()));
+            all
         }
         None => {
             let reason = FrictionReason::NoCogging { least: LEAST_PERIODS };

@@ -1,6 +1,7 @@
 //! Whether the encoder follows its axis: play at reversals and slip, by the gyros.
 
 use analysis::estimate::Estimate;
+use analysis::goodness::BY_SCATTER;
 use analysis::lost_motion::{LostMotion, Motion, bias_at_rest};
 use analysis::uncertainty::{Component, combine};
 
@@ -39,6 +40,7 @@ pub(super) fn measure(case: &Case, window: &Window, axes: &Axes, spin: &Spin) ->
             ..Measurement::new(name, &case.axis, kind, Some(estimate), ESTIMATOR)
         };
         m.set_angles(passed_rad);
+        m.flags.push(BY_SCATTER.to_owned());
         m
     };
     both.map(measurement).collect()

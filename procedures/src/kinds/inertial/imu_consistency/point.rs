@@ -3,6 +3,7 @@
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use analysis::estimate::Estimate;
+use analysis::goodness::BY_SCATTER;
 use analysis::turning::Turning;
 
 use super::coupling;
@@ -56,7 +57,8 @@ pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult 
         Measurement {
             point: Some(case.point.clone()),
             conditions: conditions(case, &spin),
-            flags: [flags(name, value, &spin), spin.samples.flags.clone()].concat(),
+            flags: [flags(name, value, &spin), spin.samples.flags.clone(), vec![BY_SCATTER.to_owned()]]
+                .concat(),
             evidence: spin.samples.evidence(),
             ..Measurement::new(name, &case.axis, kind, Some(estimate), ESTIMATOR)
         }

@@ -1,5 +1,6 @@
 //! A slow stroke: what the encoder errs within the pitches of its scale.
 
+use analysis::goodness::BY_SCATTER;
 use analysis::pitch::pitch_error;
 
 use super::RIPPLE;
@@ -40,6 +41,7 @@ fn measured(keys: &Slow, case: &Case, window: &Window, axes: &Axes) -> Result<Me
         evidence: samples.evidence(),
         ..Measurement::new(RIPPLE, &case.axis, Q::Angle, Some(estimate), ESTIMATOR)
     };
+    measured.flags.push(BY_SCATTER.to_owned());
     measured.set_angles(samples.passed_rad(usize::from(is_inner)));
     Ok(measured)
 }

@@ -1,6 +1,7 @@
 //! Over all points: numbers per axis, faults in plain sentences, and what they prove.
 
 use analysis::estimate::Estimate;
+use analysis::goodness::BY_SCATTER;
 
 use super::plan::{PULSES, RAMPS};
 use super::record::{Record, Seen, direction, evidence};
@@ -219,7 +220,10 @@ fn measurements(axis: &Axis, pulses: Point<'_>, ramps: Point<'_>) -> Vec<Measure
         .map(|(measurand, value, point)| {
             let kind = if measurand == SMALL_MOTION_INERTIA { Q::Inertia } else { Q::Ratio };
             let mut m = match value {
-                Some(_) => Measurement::new(measurand, &axis.name, kind, value, ESTIMATOR),
+                Some(_) => Measurement {
+                    flags: vec![BY_SCATTER.to_owned()],
+                    ..Measurement::new(measurand, &axis.name, kind, value, ESTIMATOR)
+                },
                 None => {
                     let reason = axis.why(if axis.has_gyro {
                         "nothing could be evaluated"
