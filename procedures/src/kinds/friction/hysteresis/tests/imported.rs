@@ -150,7 +150,7 @@ fn maps_of_a_real_motor_give_the_check_values_of_their_readme() {
     assert!(found.remarks.iter().any(|r| r.contains("-0.02")), "half sum −0.022 A: {:?}", found.remarks);
     let order = find(&found, "cogging-order");
     assert!((order.value.expect("the slots") - 84.0).abs() < 0.1, "{order:?}");
-    assert_eq!(order.flags, ["order 7 is larger"]);
+    assert_eq!(order.flags, ["order 7 is larger", analysis::goodness::BY_SCATTER]);
     // Mean of directions at 84: the two maps are 35° apart there, so it is smaller than either.
     let mean = harmonic(&found, 84.0, 0.0).expect("the slots").amplitude_a;
     assert!((mean - 0.1212).abs() < 5e-4, "{mean}");
