@@ -179,7 +179,8 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         "apparent-inertia",
         Q::Inertia,
-        "Inertia from torque to angle up to 5 Hz, -Re(1/G)/w^2; friction has no effect on it.",
+        "Inertia from torque to angle up to 5 Hz, -Re(1/G)/w^2, if the torque constant is that of the rig file; friction has no \
+         effect on it.",
     ),
     Measurand::new(
         "closed-velocity-bandwidth",

@@ -220,10 +220,14 @@ const VISCOUS_RATIO: f64 = 0.001;
 
 /// Torque to angle, and the inertia that it shows.
 pub(super) fn evaluate_angle(point: &Point<'_>, result: &mut PointResult) {
-    let measurement = match angle_lines(point, result) {
-        Ok(judged) => inertia(&point.case.axis, &judged.lines),
-        Err(reason) => Err(reason),
-    };
+    let mut measurement =
+        angle_lines(point, result).and_then(|judged| inertia(&point.case.axis, &judged.lines));
+    if let Ok(m) = &mut measurement {
+        let constant = m.value.zip(point.limits.torque_constant_nm_per_a);
+        m.flags.extend(constant.map(|(kg_m2, nm_per_a)| {
+            format!("J/Kt {:.5} A·s²/rad, by the torque constant of the rig file", kg_m2 / nm_per_a)
+        }));
+    }
     let none =
         |reason| Measurement::inconclusive(ANGLE_NAMES[0], &point.case.axis, Q::Inertia, INERTIA, reason);
     result.measurements.push(point.measurement(measurement.unwrap_or_else(none)));
