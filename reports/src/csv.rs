@@ -4,7 +4,7 @@
 //! Numbers in SI units have the digits that read back to the same bits. A text cell that a spreadsheet would take for a formula gets
 //! an apostrophe before it.
 
-use procedures::measurement::{Condition, Measurement};
+use procedures::measurement::{Bound, Condition, Measurement};
 use procedures::verdict::Judgement;
 
 use crate::number::Shown;
@@ -18,12 +18,15 @@ const RUN: [&str; 5] = ["run", "campaign", "unit_under_test", "serial_number", "
 
 const PLACE: [&str; 6] = ["stage", "procedure", "kind", "axis", "point", "measurand"];
 
-const NUMBERS: [&str; 23] = [
+const NUMBERS: [&str; 26] = [
     "value",
     "unit",
     "u",
     "dof",
     "n",
+    "bound",
+    "angle from [rad]",
+    "angle to [rad]",
     "requirement",
     "rule",
     "k",
@@ -123,7 +126,7 @@ impl Table<'_> {
         cells
     }
 
-    fn numbers(&self, m: &Measurement, j: Option<&Judgement>) -> [String; 23] {
+    fn numbers(&self, m: &Measurement, j: Option<&Judgement>) -> [String; 26] {
         let requirement = j.and_then(|j| self.results.findings.requirement(&j.requirement));
         let judged = requirement.and_then(|r| r.judged(&m.measurand));
         let special = j.and_then(|j| j.limit.as_ref()).map(LimitFindings::from);
@@ -140,6 +143,9 @@ impl Table<'_> {
             number(has_value.then_some(m.u)),
             number(m.dof),
             m.n.to_string(),
+            text(m.bound.as_ref().map_or("", Bound::sign)),
+            number(m.angles_rad.map(|[from_rad, _]| from_rad)),
+            number(m.angles_rad.map(|[_, to_rad]| to_rad)),
             text(j.map_or("", |j| &j.requirement)),
             text(judged.map_or("", |j| j.rule.name())),
             number(judged_value.map(|j| j.k)),

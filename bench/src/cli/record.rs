@@ -32,19 +32,21 @@ pub(super) fn of_run(result: &RunResult, folder: &Path, watch: &Stopwatch) -> Ru
     }
 }
 
-/// Of a run that was judged again: who and when of its title page, how long its procedures took, its files and what was
-/// waived as its results said. A log alone has no title page, and its record says no more than who judged.
+/// Of a run that was judged again: who and when of its title page; when it ended, how long it and its procedures took, its files
+/// and what was waived as its results said. A log alone has no title page, and its record says no more than who judged.
 pub(super) fn of_rejudged(what: &Path, before: Option<&Results>) -> RunRecord {
     let page = Page::read(what).ok();
-    let before = before.map(|results| results.record.clone()).unwrap_or_default();
-    let files = if page.is_some() { before.files } else { Vec::new() };
+    let before = before.filter(|_| page.is_some()).map(|results| results.record.clone()).unwrap_or_default();
     RunRecord {
+        ended_utc: before.ended_utc,
+        wall_s: before.wall_s,
+        simulated_s: before.simulated_s,
         jobs: 1,
         command_line: output::command_line(),
         attempts: before.attempts,
         lateness: before.lateness,
         waivers: before.waivers,
-        files,
+        files: before.files,
         ..page.map_or_else(by_version, |page| by_page(page, what))
     }
 }
