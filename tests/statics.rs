@@ -64,7 +64,7 @@ fn a_friction_spot_at_100_degrees_is_seen_by_strokes_over_the_whole_travel_and_o
     let near = part("quick", "AZ-FRICTION", "./spot.toml");
     assert_eq!(verdict(&near, "FRC-EVEN"), "pass", "the spot lies outside of its strokes");
     let outcome = findings(&near);
-    let told = "angle -153 deg .. 153 deg, reached -57.5 deg to 57.5 deg";
+    let told = "friction-unevenness on az: angle -148 deg .. 148 deg, reached -57.5 deg to 57.5 deg";
     assert!(outcome.contains(told), "where nothing was seen, nothing passes");
 }
 

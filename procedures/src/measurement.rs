@@ -219,7 +219,7 @@ impl Measurement {
     /// Says over which angles it was measured, in a flag, too.
     pub fn set_angles(&mut self, angles_rad: [f64; 2]) {
         let [first, last] = angles_rad.map(|angle_rad| (10.0 * angle_rad.to_degrees()).round() / 10.0 + 0.0);
-        self.flags.push(format!("from {first} deg to {last} deg"));
+        self.flags.push(format!("measured from {first} deg to {last} deg"));
         self.angles_rad = Some(angles_rad);
     }
 

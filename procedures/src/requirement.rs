@@ -82,7 +82,7 @@ pub struct Requirement {
     pub conditions: Vec<Where>,
     /// Axes on each of which it must have been measured; empty: those on which it was.
     pub axes: Vec<String>,
-    /// Stretches of conditions that the measurements must cover, on each axis.
+    /// Stretches of conditions, or of angles of the axis, that the measurements must cover, on each axis.
     pub covers: Vec<Cover>,
     /// Where the evidence lies, for one that is shown by analysis or inspection instead of a measurement.
     pub evidence: Option<String>,
@@ -194,7 +194,7 @@ const REQUIREMENT: &[Field] = &[
     Field::optional(
         "covers",
         Shape::Tables(cover::FIELDS),
-        "Ranges of conditions that the measurements must cover on each axis; otherwise there is no verdict.",
+        "Ranges of conditions, or of angles of the axis, that the measurements must cover on each axis; otherwise there is no verdict.",
     ),
     Field::default(
         "take",

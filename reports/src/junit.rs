@@ -114,7 +114,7 @@ fn disagreement(sentence: &str) -> Case {
 fn case(findings: &Findings, row: &Row<'_>) -> Case {
     let Some(found) = &row.evidence else { return unmeasured(row) };
     let limit = limit(row.requirement, found.judgement, found.measurand);
-    let text = limit.as_ref().map_or("reported only", |limit| limit.text.as_str());
+    let text = row.band.or(limit.as_ref().map(|limit| limit.text.as_str())).unwrap_or("reported only");
     let deciding = findings.deciding_of(found.procedure, found.judgement);
     let time_s = deciding.map_or(0.0, |m| m.evidence.iter().fold(0.0, |s, e| s + e.t1_s - e.t0_s));
     Case {
@@ -184,8 +184,19 @@ fn behind(findings: &Findings, row: &Row<'_>, measurand: &str) -> Vec<String> {
     let mut lines = vec![format!("verifies: {}: {}", row.requirement.id, row.requirement.text)];
     lines.extend(row.requirement.judged(measurand).map(|judged| format!("rule: {}", judged.rule.name())));
     lines.push(format!("verdict: {}", row.sign.word));
+    let outcome = findings.outcome(&row.requirement.id);
+    let bands: Vec<&str> =
+        outcome.iter().flat_map(|o| &o.by_measurand).filter_map(|one| one.band.as_deref()).collect();
+    let is_of = |j: &Judgement, band: &str| {
+        j.limit.as_ref().is_some_and(|limit| band.starts_with(&format!("{} where ", limit.text)))
+    };
+    let is_own = |j: &&Judgement| match row.band {
+        Some(band) => is_of(j, band),
+        None => !bands.iter().any(|band| is_of(j, band)),
+    };
     for procedure in &findings.procedures {
-        for judgement in procedure.judgements.iter().filter(|j| j.requirement == row.requirement.id) {
+        let judgements = procedure.judgements.iter().filter(|j| j.requirement == row.requirement.id);
+        for judgement in judgements.filter(is_own) {
             let own = procedure.measurements.get(judgement.measurement);
             let own = own.filter(|m| m.measurand == measurand);
             lines.extend(own.map(|m| point(procedure, judgement, m, row.requirement)));

@@ -24,6 +24,8 @@ pub(crate) struct Row<'a> {
     pub(crate) limit: String,
     /// The limit that decided.
     pub(crate) decisive_limit: Option<String>,
+    /// The band of conditions that the row is about, as a person wrote it.
+    pub(crate) band: Option<&'a str>,
     /// Goal and whether it is met.
     pub(crate) goal: Option<String>,
     pub(crate) rule: &'static str,
@@ -134,6 +136,7 @@ fn row<'a>(
             .and_then(|one| own_limit(requirement, outcome?, one))
             .unwrap_or_else(|| limits(requirement, of.map(|one| one.measurand.as_str()))),
         decisive_limit: None,
+        band: of.and_then(|one| one.band.as_deref()),
         goal: None,
         rule: requirement.judges.iter().find(|j| j.is_limited()).map_or("—", |j| j.rule.short()),
         margin: "—".to_owned(),
@@ -156,8 +159,12 @@ fn row<'a>(
             .or_else(|| judgement.reason.clone())
             .or_else(|| measurement.inconclusive.clone());
         fill_numbers(&mut row, measurement, judgement);
-        if let Some(special) = judgement.limit.as_ref().filter(|_| of.is_none_or(|one| one.band.is_none())) {
-            row.limit = format!("{} (here {})", row.limit, number::typeset(&special.text));
+        match (row.band, &judgement.limit) {
+            (Some(band), _) => row.decisive_limit = Some(number::typeset(band)),
+            (None, Some(special)) => {
+                row.limit = format!("{} (here {})", row.limit, number::typeset(&special.text));
+            }
+            (None, None) => {}
         }
         row.evidence = Some(Evidence {
             procedure: &procedure.id,
@@ -226,6 +233,9 @@ fn fill_numbers(row: &mut Row<'_>, measurement: &Measurement, judgement: &Judgem
     row.probability_outside = judgement.probability_outside.map(number::percent);
 }
 
+/// What is told in place of a limit.
+const REPORT_ONLY: &str = "report only";
+
 /// The limit of a row that shares its measurand with rows of bands, as printed; `None`: it has the measurand for itself.
 fn own_limit(requirement: &RequirementFindings, outcome: &Outcome, one: &MeasurandOutcome) -> Option<String> {
     if let Some(band) = &one.band {
@@ -233,7 +243,8 @@ fn own_limit(requirement: &RequirementFindings, outcome: &Outcome, one: &Measura
     }
     let bands = || outcome.by_measurand.iter().filter(|o| o.measurand == one.measurand && o.band.is_some());
     bands().next()?;
-    requirement.judged(&one.measurand)?.limit.as_ref().map(limit_text)
+    let limit = requirement.judged(&one.measurand)?.limit.as_ref().map(limit_text);
+    Some(limit.unwrap_or_else(|| REPORT_ONLY.to_owned()))
 }
 
 /// The limits of a requirement as printed, or those of one measurand; those that nothing measures yet as a person wrote them.
@@ -248,7 +259,7 @@ fn limits(requirement: &RequirementFindings, measurand: Option<&str>) -> String 
     match (all.is_empty(), requirement.limit_text.is_empty()) {
         (false, _) => all.join("; "),
         (true, false) => requirement.limit_text.clone(),
-        (true, true) => "report only".to_owned(),
+        (true, true) => REPORT_ONLY.to_owned(),
     }
 }
 

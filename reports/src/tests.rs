@@ -5,6 +5,7 @@ use super::*;
 use crate::markup::tests::malformed;
 use crate::record::Origin;
 
+mod bands;
 mod junit;
 
 /// The sample without pictures: those have snapshots of their own.

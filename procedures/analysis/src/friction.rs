@@ -9,8 +9,19 @@ const HARMONICS: usize = 3;
 /// Batches whose scatter tells the noise: as many as this on long maps, half as many on short ones.
 const MOST_BATCHES: usize = 32;
 const LEAST_BATCHES: usize = 16;
+/// Coefficients of the slow change of friction over the angle: slope and curvature.
+const TREND: usize = 2;
 /// Least bins in a period for these harmonics to be told apart.
 const LEAST_BINS: usize = 8;
+
+/// What a slow change of friction along the grid is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SlowChange {
+    /// A property of the axis, whose mean over these angles is what it is.
+    OfAxis,
+    /// Perhaps a drift of what measures, which counts as noise of the mean.
+    PerhapsDrift,
+}
 
 /// Half the difference of both directions, mean over the grid, with its type A uncertainty.
 ///
@@ -24,6 +35,7 @@ pub fn half_difference(
     forward: &[Vec<f64>],
     reverse: &[Vec<f64>],
     bins_per_period_count: usize,
+    slow_change: SlowChange,
 ) -> Option<Estimate> {
     let pairs: Vec<Vec<f64>> = forward
         .iter()
@@ -36,7 +48,7 @@ pub fn half_difference(
     }
     let count = pairs.len() as f64;
     let mean: Vec<f64> = (0..bins).map(|k| pairs.iter().map(|p| p[k]).sum::<f64>() / count).collect();
-    let within = within(&mean, bins_per_period_count);
+    let within = within(&mean, bins_per_period_count, slow_change);
     let means: Vec<f64> = pairs.iter().map(|p| p.iter().sum::<f64>() / bins as f64).collect();
     let between = mean_of_repeats(&means).map(|(_, component)| component);
     let spread = between.map_or(within, |between| within_and_between(within, between));
@@ -44,16 +56,22 @@ pub fn half_difference(
     Some(Estimate { value, u: spread.u, dof: spread.dof, n: bins * pairs.len() })
 }
 
-/// Standard uncertainty of the mean of a map, from its residual about constant and cogging harmonics.
+/// Standard uncertainty of the mean of a map, from its residual about constant and cogging harmonics, and about slope and curvature
+/// where these belong to the axis.
 ///
 /// By the scatter of the means of batches: noise of the acceleration is blue (it cancels from bin to bin and must not
 /// count), friction that wanders along the angle is red (what batches still correlate widens u).
-fn within(map: &[f64], bins_per_period: usize) -> Component {
+fn within(map: &[f64], bins_per_period: usize, slow_change: SlowChange) -> Component {
+    let trend = if slow_change == SlowChange::OfAxis { TREND } else { 0 };
     let harmonics = if bins_per_period >= LEAST_BINS { HARMONICS } else { 0 };
     let phase = |k: usize, h: usize| {
         std::f64::consts::TAU * (h * k % bins_per_period.max(1)) as f64 / bins_per_period as f64
     };
     let mut columns = vec![vec![1.0; map.len()]];
+    let place = |k: usize| (2.0 * k as f64 + 1.0) / map.len() as f64 - 1.0;
+    for power in 1..=trend as i32 {
+        columns.push((0..map.len()).map(|k| place(k).powi(power)).collect());
+    }
     for h in 1..=harmonics {
         columns.push((0..map.len()).map(|k| phase(k, h).cos()).collect());
         columns.push((0..map.len()).map(|k| phase(k, h).sin()).collect());
@@ -65,7 +83,7 @@ fn within(map: &[f64], bins_per_period: usize) -> Component {
     let batches: Vec<f64> =
         fit.residuals.chunks_exact(length).map(|c| c.iter().sum::<f64>() / length as f64).collect();
     // Batches that resolve the harmonics have lost as many degrees of freedom to them.
-    let spent = 1 + if length * LEAST_BINS <= bins_per_period { 2 * harmonics } else { 0 };
+    let spent = 1 + trend + if length * LEAST_BINS <= bins_per_period { 2 * harmonics } else { 0 };
     let count = batches.len() as f64;
     let free = batches.len().saturating_sub(spent) as f64;
     if free < 1.0 {
@@ -99,24 +117,43 @@ mod tests {
 
     #[test]
     fn cogging_and_slope_cancel_bin_by_bin() {
-        let estimate = half_difference(&[map(1.0, 4, 0.0)], &[map(-1.0, 4, 0.0)], 16).expect("one pair");
+        let estimate = half_difference(&[map(1.0, 4, 0.0)], &[map(-1.0, 4, 0.0)], 16, SlowChange::OfAxis)
+            .expect("one pair");
         assert!((estimate.value - 100.0).abs() < 0.02, "{estimate:?}");
         assert!(estimate.u > 0.003 && estimate.u < 0.02, "{estimate:?}");
         assert!(estimate.dof > 8.0 && estimate.dof <= 15.0, "sixteen batches: {estimate:?}");
+    }
+
+    /// A twentieth more friction at one end of the stroke than at the other is no noise of its mean.
+    #[test]
+    fn friction_that_changes_slowly_along_the_stroke_is_known_as_well_as_even_friction() {
+        let with = |change: f64, sign: f64| {
+            let mut map = map(sign, 60, 0.0);
+            let bins = map.len() as f64;
+            map.iter_mut().enumerate().for_each(|(k, v)| *v += sign * change * (k as f64 / bins - 0.5));
+            map
+        };
+        let estimate = |change: f64| {
+            half_difference(&[with(change, 1.0)], &[with(change, -1.0)], 16, SlowChange::OfAxis)
+                .expect("one pair")
+        };
+        let [even, sloped] = [0.0, 10.0].map(estimate);
+        assert!((sloped.value - even.value).abs() < 0.02, "{sloped:?}");
+        assert!(sloped.u < 1.5 * even.u && sloped.dof > 10.0, "{even:?} {sloped:?}");
     }
 
     #[test]
     fn strokes_that_disagree_widen_u_and_cost_freedom() {
         let forward = [map(1.0, 4, 0.0), map(1.0, 4, 6.0)];
         let reverse = [map(-1.0, 4, 0.0), map(-1.0, 4, 6.0)];
-        let estimate = half_difference(&forward, &reverse, 16).expect("two pairs");
+        let estimate = half_difference(&forward, &reverse, 16, SlowChange::OfAxis).expect("two pairs");
         assert!((estimate.u - 3.0).abs() < 0.01, "s/√2 = 4.24/1.41: {estimate:?}");
         assert!(estimate.dof < 1.1);
     }
 
     #[test]
     fn a_missing_direction_is_none() {
-        assert_eq!(half_difference(&[map(1.0, 4, 0.0)], &[], 16), None);
-        assert_eq!(half_difference(&[map(1.0, 4, 0.0)], &[map(-1.0, 3, 0.0)], 16), None);
+        assert_eq!(half_difference(&[map(1.0, 4, 0.0)], &[], 16, SlowChange::OfAxis), None);
+        assert_eq!(half_difference(&[map(1.0, 4, 0.0)], &[map(-1.0, 3, 0.0)], 16, SlowChange::OfAxis), None);
     }
 }

@@ -20,8 +20,8 @@ use crate::frf::Line;
 pub const HOPELESS_RATIO: f64 = 20.0;
 /// Residuals over what was observed, rms, up to which a model describes it, however small the noise is.
 pub const HOPELESS_SHARE: f64 = 0.1;
-/// What is said of an uncertainty that rests on residuals alone.
-pub const BY_SCATTER: &str = "u by the scatter about the fit alone";
+/// What is said of a value whose fit tells its uncertainty by residuals alone, whatever else the uncertainty contains.
+pub const BY_SCATTER: &str = "u of the fit by its scatter alone";
 /// Probability of so large a χ² below which chance does not explain it.
 const LEAST_PROBABILITY: f64 = 1e-3;
 /// Fewest degrees of freedom of the variance of an observation that are reckoned with: below, its mean has no end.

@@ -181,7 +181,8 @@ impl Cover {
             gaps.push([most, from]);
             most = most.max(to);
         }
-        let widest = gaps.into_iter().filter(|[a, b]| *b > low && *a < high);
+        // A gap beyond the nearest end that may be left out is none.
+        let widest = gaps.into_iter().filter(|[a, b]| *b > low + self.ends && *a < high - self.ends);
         let widest = widest.max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])));
         let format = |value: f64| shown(kind, value);
         let reaches_ends = least <= low + self.ends + rounding && most >= high - self.ends - rounding;

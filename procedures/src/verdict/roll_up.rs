@@ -101,7 +101,11 @@ fn by_limit(
         Some(MeasurandOutcome {
             measurand: judged.measurand.clone(),
             band: band.map(Band::text),
-            verdict: covered(worst.judgement.verdict),
+            // What nothing limits has no verdict to lose.
+            verdict: match worst.judgement.verdict {
+                Verdict::None => Verdict::None,
+                limited => covered(limited),
+            },
             decided_by: worst.decided_by(),
             judged: own().filter(|j| j.counts).count(),
         })
@@ -162,7 +166,8 @@ fn missing(requirement: &Requirement, seen: &[&Measurement]) -> [Vec<String>; 3]
     let limited = requirement.judges.iter().filter(|j| j.is_limited());
     let unseen = limited.filter(|j| seen.iter().all(|m| m.measurand != j.measurand));
     let measurands = unseen.map(|j| j.measurand.clone()).collect();
-    let mut values = Vec::new();
+    let mut values: Vec<String> =
+        requirement.judges.iter().flat_map(|j| unmeasured_limits(j, seen)).collect();
     for filter in &requirement.conditions {
         let Meets::OneOf { values: listed, .. } = &filter.meets else { continue };
         let is_measured = |value: f64| {
@@ -175,6 +180,18 @@ fn missing(requirement: &Requirement, seen: &[&Measurement]) -> [Vec<String>; 3]
         values.extend(left_out.map(|v| format!("{} {}", filter.condition, text(*v))));
     }
     [measurands, values, requirement.not_covered(seen)]
+}
+
+/// Limits of a measurand that has several, by none of which anything was judged; nothing of a measurand that was not measured at all.
+fn unmeasured_limits(judged: &crate::requirement::Judged, seen: &[&Measurement]) -> Vec<String> {
+    let own: Vec<Option<&Band>> =
+        seen.iter().filter(|m| m.measurand == judged.measurand).map(|m| judged.band_of(m)).collect();
+    if own.is_empty() || judged.bands.is_empty() {
+        return Vec::new();
+    }
+    let base = judged.limit.as_ref().filter(|_| !own.contains(&None)).map(|limit| limit.text.clone());
+    let bands = judged.bands.iter().filter(|band| !own.contains(&Some(band))).map(Band::text);
+    base.into_iter().chain(bands).map(|limit| format!("{} {limit}", judged.measurand)).collect()
 }
 
 fn overall(verdict: Verdict) -> Overall {

@@ -74,7 +74,7 @@ fn cells_of(results: &Results, row: &Row<'_>) -> [String; 23] {
         text(&requirement.method),
         requirement.required.to_string(),
         text(found.map_or("", |found| found.measurand)),
-        text(limit_text),
+        text(row.band.unwrap_or(limit_text)),
         text(row.sign.word),
         in_unit(value),
         in_unit(expanded_u),

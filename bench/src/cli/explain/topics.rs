@@ -153,7 +153,8 @@ fn conditions() -> String {
     format!(
         "Conditions under which something is measured. A campaign selects points by them (`points = {{ \
          velocity = [\"10 deg/s\"] }}`). A requirement limits the measurements it counts (`where = {{ \
-         velocity = \"<= 10 deg/s\" }}`) and claims ranges that must be covered (`covers`). A procedure \
+         velocity = \"<= 10 deg/s\" }}`) and claims ranges that must be covered (`covers`, which also knows \
+         `angle`: the angles of the axis between which a value was measured). A procedure \
          demands that they were reached (`valid-if`).\n{}",
         output::table(&rows)
     )

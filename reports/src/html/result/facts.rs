@@ -67,7 +67,7 @@ fn durations(results: &Results) -> Facts {
     let record = &results.record;
     let on_rig = if results.findings.origin == Origin::Real { "On the rig" } else { "Simulated" };
     let utc = |time: &Option<String>| time.clone().unwrap_or_else(|| "—".to_owned());
-    // Results that were judged anew hold no durations.
+    // A log that was judged alone has no durations.
     let lasted = |s: f64| if s > 0.0 { words::duration(s) } else { "—".to_owned() };
     let mut facts = vec![
         ("Planned (maximum)", lasted(record.attempts.iter().filter_map(|a| a.planned_s).sum())),

@@ -185,7 +185,7 @@ pub(super) fn measure(
         Some(slowest) => {
             let peak = slowest.peak(axis, limits);
             let mut all = [slowest.main_line(axis, limits), vec![peak], slowest.harmonics(axis)].concat();
-            all.iter_mut().for_each(|m| m.flags.push(BY_SCATTER.to_owned()));
+            all.iter_mut().filter(|m| m.value.is_some()).for_each(|m| m.flags.push(BY_SCATTER.to_owned()));
             all
         }
         None => {

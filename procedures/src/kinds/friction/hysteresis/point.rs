@@ -23,7 +23,7 @@ use crate::quantity::QuantityKind as Q;
 use crate::reason::{FrictionReason, Reason};
 
 /// Estimator and version of friction.
-const ESTIMATOR: &str = "hysteresis-friction/2";
+const ESTIMATOR: &str = "hysteresis-friction/3";
 /// Label of a branch with rising angle.
 const FORWARD: &str = "forward";
 /// Label of a branch with falling angle.

@@ -8,7 +8,7 @@ use std::ops::Range;
 use analysis::angle_map::{Grid, bin_means, period_means};
 use analysis::cogging::Branch;
 use analysis::derivative::Differentiator;
-use analysis::friction::half_difference;
+use analysis::friction::{SlowChange, half_difference};
 use analysis::gravity::HalfSum;
 use analysis::plateau::{longest_steady, mean_velocity_rad_per_s};
 
@@ -266,7 +266,8 @@ pub(super) fn evaluate_branches(
 /// Friction, half-sum and loop of binned maps.
 fn reduce(maps: &Maps, grid: &Grid, finding: &mut Finding) {
     finding.flags.push(format!("{} whole cogging periods", grid.periods_count));
-    finding.friction = half_difference(&maps.forward, &maps.reverse, grid.bins_per_period_count);
+    let bins = grid.bins_per_period_count;
+    finding.friction = half_difference(&maps.forward, &maps.reverse, bins, SlowChange::OfAxis);
     let forward = average(&maps.forward);
     let reverse = average(&maps.reverse);
     finding.half_sum = half_sum(grid, &forward, &reverse);

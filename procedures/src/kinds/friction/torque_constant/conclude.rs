@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use analysis::angle_map::{Grid, bin_means};
 use analysis::estimate::Estimate;
-use analysis::friction::half_difference;
+use analysis::friction::{SlowChange, half_difference};
 use analysis::uncertainty::{Component, combine};
 
 use super::keys::Keys;
@@ -83,7 +83,7 @@ fn compared(keys: &Keys, limits: &AxisLimits, points: &[PointResult]) -> Result<
     };
     let bins = grid.bins_per_period_count;
     let friction = |growing: &[f64], falling: &[f64]| {
-        half_difference(&[growing.to_vec()], &[falling.to_vec()], bins)
+        half_difference(&[growing.to_vec()], &[falling.to_vec()], bins, SlowChange::PerhapsDrift)
             .filter(|found| found.value > 0.0)
             .ok_or(FrictionReason::NoFrictionSeen)
     };

@@ -65,7 +65,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
             if !keys.is_fine {
                 all.push((SCALE, Q::Ratio));
             }
-            PointResult::without(case, &all, ESTIMATOR, reason)
+            PointResult::without(case, &all, ESTIMATOR, reason).under(&Condition::reached(case, |_| None))
         }
     }
 }

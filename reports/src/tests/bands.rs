@@ -1,0 +1,51 @@
+//! A measurand whose limit is another one in a band of conditions.
+
+use procedures::quantity::QuantityKind;
+use procedures::verdict::MeasurandOutcome;
+
+use super::*;
+
+const BAND: &str = "<= 150 N*m where velocity <= 2 deg/s";
+
+/// The sample with a second limit of friction, which its worst measurement breaks, too.
+fn banded() -> Results {
+    let mut results = without_pictures();
+    let outcome =
+        results.findings.outcomes.iter().position(|o| o.requirement == "FRC-AZ").expect("of the sample");
+    let decided_by = results.findings.outcomes[outcome].decided_by.clone().expect("it was judged");
+    let (_, measurement, _) = results.findings.deciding(&decided_by).expect("it was measured");
+    let measurand = measurement.measurand.clone();
+    let mut in_band = decided_by.clone();
+    in_band.1.limit = QuantityKind::Torque.parse_limit("<= 150 N*m").ok();
+    let one = |band: Option<&str>, decided_by: &(String, procedures::verdict::Judgement)| MeasurandOutcome {
+        measurand: measurand.clone(),
+        band: band.map(str::to_owned),
+        verdict: Verdict::Fail,
+        decided_by: decided_by.clone(),
+        judged: 1,
+    };
+    let both = vec![one(None, &decided_by), one(Some(BAND), &in_band)];
+    results.findings.outcomes[outcome].by_measurand = both;
+    results
+}
+
+#[test]
+fn each_band_has_a_row_with_its_own_limit_in_every_format() {
+    let results = banded();
+    let typeset = crate::number::typeset(BAND);
+    let escaped = BAND.replace('<', "&lt;");
+    for (name, limit) in [
+        ("html", typeset.as_str()),
+        ("md", typeset.as_str()),
+        ("junit", escaped.as_str()),
+        ("requirements-csv", BAND),
+    ] {
+        let text = rendered(name, &results);
+        let before = rendered(name, &without_pictures());
+        assert!(text.contains(limit) && !before.contains(limit), "{name}: {limit}");
+    }
+    let base = csv_records(&rendered("requirements-csv", &results));
+    let limits: Vec<&str> =
+        base.iter().filter(|r| r.iter().any(|cell| cell == "FRC-AZ")).map(|r| r[11].as_str()).collect();
+    assert_eq!(limits, ["<= 260 N*m", BAND]);
+}
