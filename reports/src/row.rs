@@ -159,13 +159,7 @@ fn row<'a>(
             .or_else(|| judgement.reason.clone())
             .or_else(|| measurement.inconclusive.clone());
         fill_numbers(&mut row, measurement, judgement);
-        match (row.band, &judgement.limit) {
-            (Some(band), _) => row.decisive_limit = Some(number::typeset(band)),
-            (None, Some(special)) => {
-                row.limit = format!("{} (here {})", row.limit, number::typeset(&special.text));
-            }
-            (None, None) => {}
-        }
+        name_limit(&mut row, judgement);
         row.evidence = Some(Evidence {
             procedure: &procedure.id,
             measurement: judgement.measurement,
@@ -245,6 +239,17 @@ fn own_limit(requirement: &RequirementFindings, outcome: &Outcome, one: &Measura
     bands().next()?;
     let limit = requirement.judged(&one.measurand)?.limit.as_ref().map(limit_text);
     Some(limit.unwrap_or_else(|| REPORT_ONLY.to_owned()))
+}
+
+/// Names the limit that held: the band of the row, or the one that holds under the conditions of this measurement.
+fn name_limit(row: &mut Row<'_>, judgement: &Judgement) {
+    match (row.band, &judgement.limit) {
+        (Some(band), _) => row.decisive_limit = Some(number::typeset(band)),
+        (None, Some(special)) => {
+            row.limit = format!("{} (here {})", row.limit, number::typeset(&special.text));
+        }
+        (None, None) => {}
+    }
 }
 
 /// The limits of a requirement as printed, or those of one measurand; those that nothing measures yet as a person wrote them.
