@@ -161,13 +161,12 @@ fn covered(measured: Verdict, is_covered: bool, is_screening: bool) -> Verdict {
 }
 
 /// What the requirement demands and nobody measured: measurands with a limit, values of conditions that it lists (asked for and
-/// reached), axes and stretches that it claims.
+/// reached), and, as coverage, limits of bands, axes and stretches that it claims.
 fn missing(requirement: &Requirement, seen: &[&Measurement]) -> [Vec<String>; 3] {
     let limited = requirement.judges.iter().filter(|j| j.is_limited());
     let unseen = limited.filter(|j| seen.iter().all(|m| m.measurand != j.measurand));
     let measurands = unseen.map(|j| j.measurand.clone()).collect();
-    let mut values: Vec<String> =
-        requirement.judges.iter().flat_map(|j| unmeasured_limits(j, seen)).collect();
+    let mut values = Vec::new();
     for filter in &requirement.conditions {
         let Meets::OneOf { values: listed, .. } = &filter.meets else { continue };
         let is_measured = |value: f64| {
@@ -179,7 +178,8 @@ fn missing(requirement: &Requirement, seen: &[&Measurement]) -> [Vec<String>; 3]
         let left_out = listed.iter().filter(|v| !is_measured(**v));
         values.extend(left_out.map(|v| format!("{} {}", filter.condition, text(*v))));
     }
-    [measurands, values, requirement.not_covered(seen)]
+    let limits = requirement.judges.iter().flat_map(|judged| unmeasured_limits(judged, seen));
+    [measurands, values, limits.chain(requirement.not_covered(seen)).collect()]
 }
 
 /// Limits of a measurand that has several, by none of which anything was judged; nothing of a measurand that was not measured at all.

@@ -316,13 +316,19 @@ fn each_band_of_a_measurand_has_an_outcome_of_its_own() {
         }],
         ..measured(value, 1e-5, 9.0)
     };
-    let all = vec![at(60.0, 47e-3), at(200.0, 12e-3), at(200.0, 8e-3)];
-    let (outcomes, _) =
-        roll_up(&Requirements { all: vec![latency] }, &[("P".to_owned(), all)], &[], Claim::Acceptance);
+    let requirements = Requirements { all: vec![latency] };
+    let judged = |all: Vec<Measurement>| {
+        roll_up(&requirements, &[("P".to_owned(), all)], &[], Claim::Acceptance).0.remove(0)
+    };
+    // Nobody looked at the fine tracker: that passes nothing, and is no finding about the coarse one.
+    let coarse = judged(vec![at(60.0, 40e-3)]);
+    assert_eq!((coarse.verdict, coarse.before_coverage), (Verdict::Inconclusive, Verdict::Pass));
+    assert_eq!(coarse.reason.as_deref(), Some("not measured: m <= 9 ms where frame-rate >= 150 Hz"));
+    let outcome = judged(vec![at(60.0, 47e-3), at(200.0, 12e-3), at(200.0, 8e-3)]);
     let found =
         |one: &MeasurandOutcome| (one.band.clone(), one.verdict, one.decided_by.1.measurement, one.judged);
     assert_eq!(
-        outcomes[0].by_measurand.iter().map(found).collect::<Vec<_>>(),
+        outcome.by_measurand.iter().map(found).collect::<Vec<_>>(),
         [
             (None, Verdict::Fail, 0, 1),
             (Some("<= 9 ms where frame-rate >= 150 Hz".to_owned()), Verdict::Fail, 1, 2)
