@@ -64,6 +64,9 @@ pub struct Judgement {
     /// The limit that held for this measurement, where it is not the one that holds for all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limit: Option<Limit>,
+    /// The band of conditions that this limit belongs to, as a person wrote it; `None` where it belongs to none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub band: Option<String>,
     /// Whether the goal is met, if there is one.
     pub goal_met: Option<bool>,
     /// Why it is inconclusive.

@@ -184,19 +184,9 @@ fn behind(findings: &Findings, row: &Row<'_>, measurand: &str) -> Vec<String> {
     let mut lines = vec![format!("verifies: {}: {}", row.requirement.id, row.requirement.text)];
     lines.extend(row.requirement.judged(measurand).map(|judged| format!("rule: {}", judged.rule.name())));
     lines.push(format!("verdict: {}", row.sign.word));
-    let outcome = findings.outcome(&row.requirement.id);
-    let bands: Vec<&str> =
-        outcome.iter().flat_map(|o| &o.by_measurand).filter_map(|one| one.band.as_deref()).collect();
-    let is_of = |j: &Judgement, band: &str| {
-        j.limit.as_ref().is_some_and(|limit| band.starts_with(&format!("{} where ", limit.text)))
-    };
-    let is_own = |j: &&Judgement| match row.band {
-        Some(band) => is_of(j, band),
-        None => !bands.iter().any(|band| is_of(j, band)),
-    };
     for procedure in &findings.procedures {
         let judgements = procedure.judgements.iter().filter(|j| j.requirement == row.requirement.id);
-        for judgement in judgements.filter(is_own) {
+        for judgement in judgements.filter(|j| j.band.as_deref() == row.band) {
             let own = procedure.measurements.get(judgement.measurement);
             let own = own.filter(|m| m.measurand == measurand);
             lines.extend(own.map(|m| point(procedure, judgement, m, row.requirement)));

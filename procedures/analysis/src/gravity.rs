@@ -107,16 +107,47 @@ impl Gravity {
         self.fit.at(&[1.0, angle_rad.cos(), angle_rad])
     }
 
-    /// The end of travel with the larger spring torque: angle, |torque|, standard uncertainty.
+    /// The end of travel with the larger spring torque, of a spring that is at rest somewhere on the travel.
     ///
-    /// The spring is linear, so its largest torque lies at an end; the lower one of equals.
-    pub fn largest_spring(&self, travel_rad: [f64; 2]) -> [f64; 3] {
-        let [low, high] = travel_rad.map(|angle| {
-            let [torque, u] = self.spring_nm(angle);
-            [angle, torque.abs(), u]
-        });
-        if high[1] > low[1] { high } else { low }
+    /// The constant of the fit is that of the spring, and half of what friction differs by in both directions. A rest angle beyond
+    /// the travel therefore counts as lying at its end, and what remains of the constant as friction.
+    pub fn largest_spring(&self, travel_rad: [f64; 2]) -> LargestSpring {
+        let ends = travel_rad.map(|angle| self.spring_nm(angle));
+        let is_at_rest_between = ends[0][0] * ends[1][0] <= 0.0;
+        if is_at_rest_between {
+            // The spring is linear, so its largest torque lies at an end; the lower one of equals.
+            let far = usize::from(ends[1][0].abs() > ends[0][0].abs());
+            let [torque_nm, u_nm] = ends[far];
+            return LargestSpring {
+                at_rad: travel_rad[far],
+                torque_nm: torque_nm.abs(),
+                u_nm,
+                beyond_nm: 0.0,
+            };
+        }
+        let near = usize::from(ends[1][0].abs() < ends[0][0].abs());
+        let span_rad = travel_rad[1] - travel_rad[0];
+        let [stiffness, u] = self.stiffness_nm_per_rad();
+        LargestSpring {
+            at_rad: travel_rad[1 - near],
+            torque_nm: stiffness.abs() * span_rad,
+            u_nm: u * span_rad,
+            beyond_nm: ends[near][0].abs(),
+        }
     }
+}
+
+/// Spring torque at the end of the travel that is farther from its rest angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LargestSpring {
+    /// That end.
+    pub at_rad: f64,
+    /// Magnitude.
+    pub torque_nm: f64,
+    /// Its standard uncertainty.
+    pub u_nm: f64,
+    /// Part of the constant of the fit that no spring explains whose rest angle lies on the travel; 0 where one does.
+    pub beyond_nm: f64,
 }
 
 /// Unbalance from two opposite poses: half the **difference** of the half-sums at θ and θ + π, least squares on
@@ -165,8 +196,36 @@ mod tests {
         assert!(fit.inflation_factor() < MOST_INFLATION, "{}", fit.inflation_factor());
         assert!((fit.unbalance_nm()[0] - 14.0).abs() < 0.05);
         assert!((fit.stiffness_nm_per_rad()[0] - 54.0).abs() < 0.05);
-        let [angle, torque, u] = fit.largest_spring([-10_f64.to_radians(), 90_f64.to_radians()]);
-        assert!((torque - 54.0 * 50_f64.to_radians()).abs() < 4.0 * u + 0.02, "{torque} at {angle}");
+        let spring = fit.largest_spring([-10_f64.to_radians(), 90_f64.to_radians()]);
+        let off_nm = spring.torque_nm - 54.0 * 50_f64.to_radians();
+        assert!(off_nm.abs() < 4.0 * spring.u_nm + 0.02, "{spring:?}");
+        assert_eq!(spring.beyond_nm, 0.0);
+    }
+
+    #[test]
+    fn a_constant_torque_without_stiffness_is_no_spring() {
+        // As friction that is 5 N·m larger in one direction leaves it.
+        let mut halves = half_sum(-60.0, 60.0, 0.0, 0.0, 0.0);
+        halves.torque_nm.iter_mut().for_each(|torque| *torque += 5.0);
+        let fit = Gravity::new(&halves).expect("60 periods");
+        let spring = fit.largest_spring([-2.8, 2.8]);
+        assert!(spring.torque_nm < 4.0 * spring.u_nm && spring.torque_nm < 0.2, "{spring:?}");
+        assert!((spring.beyond_nm - 5.0).abs() < 0.2, "{spring:?}");
+    }
+
+    #[test]
+    fn a_spring_is_wound_up_over_the_whole_travel_at_the_most() {
+        // Rest angle at 80 deg by the constant; the travel ends at 60 deg.
+        let fit = Gravity::new(&half_sum(-60.0, 60.0, 0.0, 10.0, 80.0)).expect("60 periods");
+        let spring = fit.largest_spring([-60_f64.to_radians(), 60_f64.to_radians()]);
+        assert!(
+            (spring.torque_nm - 10.0 * 120_f64.to_radians()).abs() < 4.0 * spring.u_nm + 0.02,
+            "{spring:?}"
+        );
+        assert!(
+            (spring.beyond_nm - 10.0 * 20_f64.to_radians()).abs() < 0.2 && spring.at_rad < 0.0,
+            "{spring:?}"
+        );
     }
 
     #[test]

@@ -5,7 +5,7 @@ use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 use super::{Judgement, LEAST_DOF, Verdict};
 use crate::measurement::{Bound, Measurement};
 use crate::quantity::{Limit, QuantityKind};
-use crate::requirement::{Requirement, Rule};
+use crate::requirement::{Band, Requirement, Rule};
 
 /// Probability below +k of a standard normal at k = 2 (report.md §3): U covers 95.45 % two-sided.
 const COVERAGE: f64 = 0.97725;
@@ -66,6 +66,7 @@ pub fn judge(measurement: &Measurement, index: usize, requirement: &Requirement)
         verdict: Verdict::None,
         goal_met: None,
         limit: None,
+        band: None,
         reason: None,
     };
     let Some(judged) = requirement.judged(&measurement.measurand) else { return blank };
@@ -75,7 +76,8 @@ pub fn judge(measurement: &Measurement, index: usize, requirement: &Requirement)
         None => blank,
     };
     let special = limit.as_deref().filter(|limit| judged.limit.as_ref() != Some(limit));
-    let guarded = Judgement { limit: special.cloned(), ..guarded };
+    let band = judged.band_of(measurement).map(Band::text);
+    let guarded = Judgement { limit: special.cloned(), band, ..guarded };
     match usable(measurement, limit.as_deref()) {
         Ok(value) => {
             let goal_met = judged.goal.as_ref().map(|goal| goal.holds(value));

@@ -248,6 +248,7 @@ fn judged(
         probability_outside: Some(probability_outside),
         verdict,
         limit: None,
+        band: None,
         goal_met: None,
         reason: None,
     }

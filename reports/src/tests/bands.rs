@@ -17,6 +17,7 @@ fn banded() -> Results {
     let measurand = measurement.measurand.clone();
     let mut in_band = decided_by.clone();
     in_band.1.limit = QuantityKind::Torque.parse_limit("<= 150 N*m").ok();
+    in_band.1.band = Some(BAND.to_owned());
     let one = |band: Option<&str>, decided_by: &(String, procedures::verdict::Judgement)| MeasurandOutcome {
         measurand: measurand.clone(),
         band: band.map(str::to_owned),
@@ -48,4 +49,27 @@ fn each_band_has_a_row_with_its_own_limit_in_every_format() {
     let limits: Vec<&str> =
         base.iter().filter(|r| r.iter().any(|cell| cell == "FRC-AZ")).map(|r| r[11].as_str()).collect();
     assert_eq!(limits, ["<= 260 N*m", BAND]);
+}
+
+#[test]
+fn two_bands_with_the_same_limit_have_each_its_own_numbers_in_junit() {
+    const OTHER: &str = "<= 150 N*m where velocity >= 40 deg/s";
+    let mut results = banded();
+    let outcome = results.findings.outcomes.iter_mut().find(|o| o.requirement == "FRC-AZ").expect("banded");
+    let mut other = outcome.by_measurand[1].clone();
+    other.band = Some(OTHER.to_owned());
+    other.decided_by.1.band = Some(OTHER.to_owned());
+    let both = [outcome.by_measurand[1].decided_by.clone(), other.decided_by.clone()];
+    outcome.by_measurand.push(other);
+    for (procedure, judgement) in both {
+        let own = results.findings.procedures.iter_mut().find(|p| p.id == procedure).expect("it was judged");
+        own.judgements.push(judgement);
+    }
+    let text = rendered("junit", &results);
+    for band in [BAND, OTHER] {
+        let band = band.replace('<', "&lt;").replace('>', "&gt;");
+        let case = text.split("<testcase").find(|case| case.contains(&band)).expect("a case of its own");
+        let numbers = case.lines().filter(|line| line.contains("margin")).count();
+        assert_eq!(numbers, 1, "{case}");
+    }
 }

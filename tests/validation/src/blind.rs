@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use bench::files::unit::load_unit;
-use procedures::requirement::Requirements;
+use procedures::requirement::{Requirement, Requirements, Rule};
 use procedures::verdict::{Judgement, Verdict, judge};
 use reports::record::Results;
 use serde::{Deserialize, Serialize};
@@ -41,6 +41,8 @@ pub struct Asked {
 pub enum Units {
     /// Drawn from the declared distributions.
     Drawn,
+    /// Drawn, with play, slip, wear and drifts.
+    InService,
     /// Drawn, with truths on limits.
     OnLimits,
     /// One shipped unit, by its id: only seeds differ.
@@ -78,6 +80,7 @@ pub fn measured_in(asked: &Asked, number: u32, folder: &Path) -> Unit {
     std::fs::create_dir_all(folder).expect("a writable folder");
     let unit = match &asked.units {
         Units::Drawn => draw::unit(&name, number),
+        Units::InService => draw::unit_in_service(&name, number),
         Units::OnLimits => on_limits::unit(&name, number),
         Units::Shipped(base) => {
             format!("schema = 1\nid = \"{name}\"\ntitle = \"Seed {number} of {base}\"\nbase = \"{base}\"\n")
@@ -179,9 +182,13 @@ fn of_results(number: u32, results: &Results, settings: &UnitSettings, requireme
                 verdict: judged.map_or(Verdict::None, |j| j.verdict),
                 on_truth: on_truth.unwrap_or(Verdict::None),
                 probability_outside: judged.and_then(|j| j.probability_outside),
-                on_limit: judged
-                    .filter(|j| is_on_limit(j, truth))
-                    .map(|j| OnLimit { requirement: j.requirement.clone(), is_guarded: j.guard_band > 0.0 }),
+                on_limit: judged.filter(|j| is_on_limit(j, truth)).and_then(|j| {
+                    Some(OnLimit {
+                        requirement: j.requirement.clone(),
+                        is_guarded: j.guard_band > 0.0,
+                        by_simple: judge(m, index, &simple(requirements.get(&j.requirement)?)).verdict,
+                    })
+                }),
                 outside_in_u: judged.map_or(0.0, |j| outside_in_u(j, truth)),
             });
         }
@@ -189,6 +196,14 @@ fn of_results(number: u32, results: &Results, settings: &UnitSettings, requireme
     let fails = findings.outcomes.iter().filter(|outcome| outcome.before_coverage == Verdict::Fail);
     unit.failed = fails.map(|outcome| outcome.requirement.clone()).collect();
     unit
+}
+
+/// A requirement with simple acceptance in place of a guard band.
+fn simple(requirement: &Requirement) -> Requirement {
+    let mut simple = requirement.clone();
+    simple.rule = Rule::Simple;
+    simple.judges.iter_mut().for_each(|judged| judged.rule = Rule::Simple);
+    simple
 }
 
 /// A truth this near to a limit, in expanded uncertainties, is on it.

@@ -9,6 +9,7 @@ mod step;
 mod track;
 
 pub use margins::{Margins, margins};
+pub(crate) use plant::jitter_s;
 pub use plant::{Plant, Sensor};
 pub use step::{StepResponse, step_figures, step_response};
 pub use track::{CoarseCamera, coarse_open_loop};

@@ -46,7 +46,7 @@ impl Family {
         self.file(&population, number, &self.settings(seed, number))
     }
 
-    /// The unit file of this number of a population with these tables of settings.
+    /// The unit file of this number of a population with these settings.
     pub(super) fn file(&self, population: &Population, number: u32, settings: &str) -> DrawnUnit {
         let Population { method, seed, units, randomisations } = population;
         let (way, size, size_lines) = match method {
@@ -67,10 +67,12 @@ impl Family {
             self.sha256,
             method.name()
         );
-        DrawnUnit { text: format!("{head}\n[drawn]\n{from}{settings}"), id }
+        // Settings that belong to no table must stand before the first one.
+        let (top, tables) = settings.split_at(settings.find("\n[").unwrap_or(settings.len()));
+        DrawnUnit { text: format!("{head}{top}\n[drawn]\n{from}{tables}"), id }
     }
 
-    /// The tables of settings of a unit of independent draws, as they stand in its file.
+    /// The settings of a unit of independent draws, as they stand in its file: first those that belong to no table.
     pub fn settings(&self, seed: u64, number: u32) -> String {
         let mut random = ChaCha8Rng::seed_from_u64(FIRST_KEY + u64::from(number));
         random.set_stream(seed);
@@ -78,7 +80,7 @@ impl Family {
         self.settings_at(shares.collect())
     }
 
-    /// The tables of settings of the unit at a point of the unit cube: one share for each variable, in their order.
+    /// The settings of the unit at a point of the unit cube: one share for each variable, in their order.
     pub(super) fn settings_at(&self, mut shares: Vec<f64>) -> String {
         if let Some(copula) = &self.coupled.copula {
             let independent: Vec<f64> = self.coupled.places.iter().map(|&place| shares[place]).collect();
@@ -95,7 +97,9 @@ impl Family {
                 None => tables.push((table, vec![line])),
             }
         }
-        let mut text = String::new();
+        let (top, tables): (Vec<_>, Vec<_>) = tables.into_iter().partition(|(table, _)| table.is_empty());
+        let mut text: String =
+            top.iter().flat_map(|(_, lines)| lines).map(|line| format!("{line}\n")).collect();
         for (table, lines) in tables {
             let _ = write!(text, "\n[{table}]\n{}\n", lines.join("\n"));
         }

@@ -44,7 +44,8 @@ the inertia grows with ω²; s is the torque scale, whatever friction is. The li
 because a contact that bears a load moves the axis there, too. Flexible modes make the axis appear up to 4.5 % heavier, a
 load up to 1 %, an angle that is up to 2 ms late b·2 ms: half of each is subtracted and is also the half-width of the
 remaining uncertainty. J/s is `small-motion-inertia`: the judge compares it with what frequency responses of the sliding axis
-show (`apparent-inertia`), by its own uncertainty.
+show (`apparent-inertia`), by its own uncertainty. Play of a microradian counts in such small motions, and the gyros do not have it: what
+J/s is by the gyros differs by is a half-width of its uncertainty (6 % to 10 % of elevation, whose frame bends between motor and gyros).
 *At rest*: every encoder against the pose of the plan, to which the operator brought the axis by its own scale, within
 `zero-tolerance` of the rig: that proves the zero that travel, soft limits and braking curve are computed from. Where a
 gate refuses all motion because an encoder shows an angle outside the travel, that reading alone identifies the likely

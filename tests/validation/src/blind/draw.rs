@@ -1,17 +1,44 @@
-//! The units of the blind test: those of the family `production` with seed 0.
+//! The units of the blind test: those of the family `production` with seed 0, and of these with what the family `in-service` adds.
 
 use std::sync::LazyLock;
 
 use bench::files::family::{Family, load_family};
 use procedures::quantity::QuantityKind;
 
-static PRODUCTION: LazyLock<Family> =
-    LazyLock::new(|| load_family("production").unwrap_or_else(|mistakes| panic!("{mistakes:?}")));
+static PRODUCTION: LazyLock<Family> = LazyLock::new(|| family("production"));
+static IN_SERVICE: LazyLock<Family> = LazyLock::new(|| family("in-service"));
+/// Another seed than that of the production: with the same one both families would have one random stream.
+const SERVICE_SEED: u64 = 1;
+
+fn family(name: &str) -> Family {
+    load_family(name).unwrap_or_else(|mistakes| panic!("{mistakes:?}"))
+}
 
 /// The file of a unit.
 pub fn unit(id: &str, number: u32) -> String {
     let settings = PRODUCTION.settings(0, number);
     format!("schema = 1\nid = \"{id}\"\ntitle = \"Drawn unit {number}\"\nbase = \"nominal\"\n{settings}")
+}
+
+/// The file of a unit in service: the drawn one, with play, slip, wear and drifts.
+///
+/// # Panics
+/// Where both families draw one setting.
+pub fn unit_in_service(id: &str, number: u32) -> String {
+    let mut file: toml::Table = unit(id, number).parse().expect("a drawn unit");
+    let added: toml::Table = IN_SERVICE.settings(SERVICE_SEED, number).parse().expect("a drawn unit");
+    for (key, value) in added {
+        let toml::Value::Table(settings) = value else {
+            assert!(file.insert(key, value).is_none(), "both families draw one setting");
+            continue;
+        };
+        let own = file.entry(key).or_insert_with(|| toml::Table::new().into());
+        let own = own.as_table_mut().expect("a table of settings");
+        for (key, value) in settings {
+            assert!(own.insert(key, value).is_none(), "both families draw one setting");
+        }
+    }
+    file.to_string()
 }
 
 /// A value as a person would write it, to six digits: what is read back is the truth.

@@ -110,6 +110,10 @@ pub struct Row {
     pub promised: f64,
     /// Probability of so many passes or more.
     pub p: f64,
+    /// Of these findings passed by simple acceptance, which promises half of them.
+    pub simple_passes: u64,
+    /// Probability of so many of those or more.
+    pub simple_p: f64,
 }
 
 const GUARDED: f64 = 0.02275;
@@ -127,26 +131,31 @@ pub fn rows(all: &[Scored]) -> Vec<Row> {
     let row = |(name, group): (String, BTreeMap<u32, &Scored>)| {
         let findings = group.len() as u64;
         // A conditional pass is a number inside of the guard band: it says that it may be outside of the limit.
-        let passes = group.values().filter(|one| one.verdict == Verdict::Pass).count() as u64;
+        let count = |passed: fn(&Scored) -> bool| group.values().filter(|one| passed(one)).count() as u64;
+        let passes = count(|one| one.verdict == Verdict::Pass);
+        let simple_passes = count(|one| one.on_limit.as_ref().is_some_and(|j| j.by_simple == Verdict::Pass));
         let is_guarded =
             group.values().any(|one| one.on_limit.as_ref().is_some_and(|judged| judged.is_guarded));
         let promised = if is_guarded { GUARDED } else { SIMPLE };
-        let p = probability_of_at_least(passes, findings, promised).expect("passes are findings");
-        Row { name, findings, passes, promised, p }
+        let p = |passes, promised| {
+            probability_of_at_least(passes, findings, promised).expect("passes are findings")
+        };
+        let (p, simple_p) = (p(passes, promised), p(simple_passes, SIMPLE));
+        Row { name, findings, passes, promised, p, simple_passes, simple_p }
     };
     groups.into_iter().map(row).collect()
 }
 
 /// The rows for a person, Markdown.
 pub fn table(rows: &[Row]) -> String {
-    let mut text =
-        "| truth on the limit of | units | passes | promised | p |\n| --- | ---: | ---: | ---: | ---: |\n"
-            .to_owned();
+    let mut text = "| truth on the limit of | units | passes | promised | p | by simple acceptance | p |\n\
+         | --- | ---: | ---: | ---: | ---: | ---: | ---: |\n"
+        .to_owned();
     for row in rows {
         let promised = 100.0 * row.promised;
         text += &format!(
-            "| {} | {} | {} | {promised:.1} % | {:.2} |\n",
-            row.name, row.findings, row.passes, row.p
+            "| {} | {} | {} | {promised:.1} % | {:.2} | {} | {:.2} |\n",
+            row.name, row.findings, row.passes, row.p, row.simple_passes, row.simple_p
         );
     }
     text

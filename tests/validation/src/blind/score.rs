@@ -48,6 +48,8 @@ pub struct OnLimit {
     pub requirement: String,
     /// Whether a guard band lies between acceptance and limit.
     pub is_guarded: bool,
+    /// Verdict by simple acceptance.
+    pub by_simple: Verdict,
 }
 
 /// Coverage that is promised less what 60 units cannot tell: below it a measurand is wrong.

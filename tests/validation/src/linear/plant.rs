@@ -40,8 +40,39 @@ pub struct Plant {
     sensor: Sensor,
     current_lag_s: f64,
     command_delay_s: f64,
+    late: Vec<Late>,
     sensor_delay_s: f64,
     torque_ratio: f64,
+}
+
+/// A time by which commands act later than their delay, and the share of the commands.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Late {
+    /// The time.
+    pub(crate) by_s: f64,
+    /// Its probability.
+    pub(crate) share: f64,
+}
+
+/// Jitter as the simulated drive has it: uniform, and rounded to whole steps. Up to a period of the loop, where no command waits for
+/// the one before.
+pub(crate) fn jitter(axis: &AxisSettings, step_rate_hz: f64) -> Vec<Late> {
+    let widest = axis.delay_jitter_s * step_rate_hz;
+    if widest <= 0.0 {
+        return vec![Late { by_s: 0.0, share: 1.0 }];
+    }
+    let bound = |steps: f64| (steps / widest).clamp(0.0, 1.0);
+    let steps = 0..=widest.round() as u32;
+    let late = |k: f64| Late { by_s: k / step_rate_hz, share: bound(k + 0.5) - bound(k - 0.5) };
+    steps.map(|k| late(f64::from(k))).collect()
+}
+
+/// By how much commands are late on average, and the standard deviation, s.
+pub(crate) fn jitter_s(axis: &AxisSettings, step_rate_hz: f64) -> [f64; 2] {
+    let law = jitter(axis, step_rate_hz);
+    let mean_s: f64 = law.iter().map(|late| late.share * late.by_s).sum();
+    let variance_s2: f64 = law.iter().map(|late| late.share * (late.by_s - mean_s).powi(2)).sum();
+    [mean_s, variance_s2.sqrt()]
 }
 
 impl Plant {
@@ -66,6 +97,7 @@ impl Plant {
             sensor,
             current_lag_s: if bandwidth > 0.0 { 1.0 / bandwidth } else { 0.0 },
             command_delay_s: settings.command_delay_s,
+            late: jitter(settings, unit.step_rate_hz),
             sensor_delay_s: match sensor {
                 Sensor::Gyro => unit.imu.delay_s + 1.5 * period_s,
                 Sensor::Encoder => settings.sensor_delay_s + 0.5 * settings.velocity_window_s,
@@ -132,7 +164,8 @@ impl Plant {
 
     /// Commanded torque to motor torque: delay, current loop, and a torque constant other than what the drive believes.
     pub fn actuated(&self, s: Complex64) -> Complex64 {
-        self.torque_ratio * (-s * self.command_delay_s).exp() / (1.0 + s * self.current_lag_s)
+        let late: Complex64 = self.late.iter().map(|late| late.share * (-s * late.by_s).exp()).sum();
+        self.torque_ratio * late * (-s * self.command_delay_s).exp() / (1.0 + s * self.current_lag_s)
     }
 
     fn modal(&self, s: Complex64, participation: fn(&Mode) -> f64) -> Complex64 {

@@ -1,7 +1,7 @@
 //! Current loop, latency, velocity loop, coarse track loop.
 
 use super::{ELEVATIONS_DEG, Expected, Subject, row, servo};
-use crate::linear::{CoarseCamera, Margins, coarse_open_loop, margins};
+use crate::linear::{CoarseCamera, Margins, coarse_open_loop, jitter_s, margins};
 
 /// Where a velocity loop is searched for crossings, Hz.
 pub const VELOCITY_HZ: [f64; 2] = [0.6, 110.0];
@@ -30,7 +30,7 @@ pub(super) fn rows(subject: &Subject<'_>) -> Vec<Expected> {
         let bandwidth_hz = settings.current_bandwidth_hz;
         rows.push(row("CUR-BW", axis, "bandwidth", "", bandwidth_hz, CURRENT_U * bandwidth_hz));
         let tick_s = 1.0 / servo::LOOP_RATE_HZ;
-        let jitter_s = 0.5 * settings.delay_jitter_s;
+        let [jitter_s, _] = jitter_s(settings, subject.unit.step_rate_hz);
         let round_s = settings.command_delay_s + jitter_s + tick_s + settings.sensor_delay_s;
         rows.push(row("LAT-RT", axis, "round-trip", "", round_s, LATENCY_U_S));
         for elevation_deg in ELEVATIONS_DEG {

@@ -7,8 +7,9 @@
 //! than their printed probabilities explain. `--print K` prints the file of a unit, for a run by hand. `--keep FOLDER` keeps
 //! the runs, one folder a unit; with `--again` they are judged by the program as it is now, without a run: for a change of an
 //! estimator; with `--score` what they found is scored, and nothing else: for a change of a truth. With `--verifying` (and
-//! `--campaign fat`) only those procedures run that verify what `quick` covers in part. With `--on-limits` the truths of the
-//! units are put on limits: of those findings as many may pass as the rules promise. With `--unit ID` all are that shipped
+//! `--campaign fat`) only those procedures run that verify what `quick` covers in part. With `--in-service` the units have play,
+//! slip, wear, jitter and drifts, too (family `in-service`). With `--on-limits` the truths of the units are put on limits: of
+//! those findings as many may pass as the rules promise, and half by simple acceptance. With `--unit ID` all are that shipped
 //! unit, and only their seeds differ: for how often intervals hold the truth where nothing but noise changes.
 
 use std::path::PathBuf;
@@ -84,6 +85,7 @@ impl Call {
                 "--units" => call.units = number(next()?)?,
                 "--first" => call.first = number(next()?)?,
                 "--print" => call.print = Some(number(next()?)?),
+                "--in-service" => call.asked.units = Units::InService,
                 "--on-limits" => call.asked.units = Units::OnLimits,
                 "--unit" => call.asked.units = Units::Shipped(next()?),
                 "--keep" => call.keep = Some(next()?.into()),

@@ -30,7 +30,7 @@ pub(super) const FASTEST_FOR_GRAVITY_RAD_PER_S: f64 = 10.001 * std::f64::consts:
 /// Whole cogging periods that a point needs for unbalance and spring.
 const LEAST_PERIODS: usize = 6;
 /// Estimators and versions of unbalance and spring.
-const GRAVITY_ESTIMATOR: &str = "gravity-spring/2";
+const GRAVITY_ESTIMATOR: &str = "gravity-spring/3";
 const POSES_ESTIMATOR: &str = "opposite-poses/2";
 
 /// What the procedure says in the end.
@@ -227,7 +227,7 @@ fn add_gravity(axis: &str, limits: &AxisLimits, sliding: &[&SlidingPoint], concl
     let [torque, u] = best.fit.spring_nm(0.0);
     conclusion.remarks.push(format!(
         "Spring torque at 0 deg is {} (u {}), stiffness {}: its rest angle comes from the constant of the \
-         fit alone, so a torque offset of the drive would count as spring.",
+         fit alone, so a torque offset of the drive and friction that differs by direction would count as spring.",
         Q::Torque.format(torque),
         Q::Torque.format(u),
         Q::Stiffness.format(stiffness)
@@ -292,15 +292,25 @@ impl<'a> SeparatingPoint<'a> {
     fn values(&self, axis: &str, limits: &AxisLimits) -> Vec<Measurement> {
         let [unbalance_nm, unbalance_u_nm] = self.fit.unbalance_nm();
         let [stiffness, stiffness_u] = self.fit.stiffness_nm_per_rad();
-        let [largest_at_rad, spring_nm, spring_u_nm] = self.fit.largest_spring(limits.travel_rad);
+        let found = self.fit.largest_spring(limits.travel_rad);
+        // A spring that is at rest on the travel has no more than its stiffness over all of it for a constant.
+        let whole_nm = stiffness.abs() * (limits.travel_rad[1] - limits.travel_rad[0]);
+        let by_direction_nm = (DIRECTION_SHARE * self.point.friction_nm()).min(whole_nm);
+        let spring_u_nm = found.u_nm.hypot(by_direction_nm / 3_f64.sqrt());
         let mut unbalance = self.value(UNBALANCE, axis, Q::Torque, unbalance_nm.abs(), unbalance_u_nm);
-        let mut spring = self.value(SPRING, axis, Q::Torque, spring_nm, spring_u_nm);
+        let mut spring = self.value(SPRING, axis, Q::Torque, found.torque_nm, spring_u_nm);
         for m in [&mut unbalance, &mut spring] {
             if m.value.is_some_and(|value| value <= 2.0 * m.u) {
                 m.flags.push("zero within U".to_owned());
             }
         }
-        spring.flags.push(format!("largest at {}", Q::Angle.format(largest_at_rad)));
+        spring.flags.push(format!("largest at {}", Q::Angle.format(found.at_rad)));
+        if found.beyond_nm > 0.0 {
+            let beyond = Q::Torque.format(found.beyond_nm);
+            spring
+                .flags
+                .push(format!("a constant of {beyond} belongs to no spring that is at rest on the travel"));
+        }
         vec![unbalance, spring, self.value(STIFFNESS, axis, Q::Stiffness, stiffness, stiffness_u)]
     }
 
@@ -318,6 +328,10 @@ impl<'a> SeparatingPoint<'a> {
         m
     }
 }
+
+/// Half of what friction may differ by in both directions, as a share of it, half-width of a rectangular distribution (ours). It
+/// leaves a constant in the half-sum, as a spring does.
+const DIRECTION_SHARE: f64 = 0.05;
 
 /// Whether a point was asked for at a velocity that counts for unbalance and spring.
 fn asked_slowly(point: &SlidingPoint) -> bool {

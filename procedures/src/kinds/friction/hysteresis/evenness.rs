@@ -11,7 +11,7 @@ use crate::axis::TorqueScale;
 use crate::measurement::Measurement;
 use crate::quantity::QuantityKind as Q;
 
-const ESTIMATOR: &str = "hysteresis-evenness/1";
+const ESTIMATOR: &str = "hysteresis-evenness/2";
 
 /// Cogging periods below which a point says nothing of how even friction is over the angle: their scatter would rest on fewer than
 /// five degrees of freedom.
@@ -56,16 +56,64 @@ fn difference(finding: &Finding, friction: &Estimate, scale: TorqueScale) -> Est
     Estimate { value, u: spread.u, dof: spread.dof, n: friction.n }
 }
 
-/// The largest mean over one cogging period. Its uncertainty is the scatter of the periods, of which half lie within the middle
-/// half of them: what a spot adds is no scatter.
+/// What the largest mean may have from the ends of the strokes, where the loop still settles, and from a load that changes along them;
+/// half-width of a rectangular distribution (ours: up to 2 % on drawn units without a spot).
+const OF_STROKES: f64 = 0.02;
+/// Share of itself by which a spot may seem higher: friction slows the axis there, and changes with the rate (half-width, ours).
+const OF_RATE: f64 = 0.1;
+
+/// The largest mean over one cogging period, wherever it begins. Half of the periods lie within the middle half of their scatter: what
+/// a spot adds is no scatter.
 fn unevenness(finding: &Finding, friction: &Estimate) -> Estimate {
-    let periods = finding.half_sum.torque_nm.len().max(1);
-    let bins = finding.forward.effort.len() / periods;
-    let both = finding.forward.effort.iter().zip(&finding.reverse.effort);
-    let local: Vec<f64> = both.map(|(forward, reverse)| 0.5 * (forward - reverse)).collect();
-    let means = period_means(&local, bins.max(1));
-    let largest = means.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let scatter = deviation_by_median(&means);
-    let dof = (periods as f64 - 1.0).max(1.0);
-    Estimate { value: largest / friction.value - 1.0, u: scatter / friction.value, dof, n: friction.n }
+    let periods = Periods::new(finding);
+    let value = periods.largest / friction.value - 1.0;
+    let rectangular = |half_width: f64| Component::known(half_width / 3_f64.sqrt());
+    let dof = (finding.half_sum.torque_nm.len() as f64 - 1.0).max(1.0);
+    let spread = combine(&[
+        Component { u: periods.scatter / friction.value, dof },
+        rectangular(OF_STROKES),
+        rectangular(OF_RATE * value.abs()),
+    ]);
+    Estimate { value, u: spread.u, dof: spread.dof, n: friction.n }
+}
+
+/// Friction by the cogging period, half the difference of both directions.
+struct Periods {
+    /// Mean over the period with the most friction.
+    largest: f64,
+    /// Mean over all of them.
+    mean: f64,
+    /// Scatter of the means of periods side by side.
+    scatter: f64,
+}
+
+impl Periods {
+    fn new(finding: &Finding) -> Self {
+        let count = finding.half_sum.torque_nm.len().max(1);
+        let bins = (finding.forward.effort.len() / count).max(1);
+        let both = finding.forward.effort.iter().zip(&finding.reverse.effort);
+        let local: Vec<f64> = both.map(|(forward, reverse)| 0.5 * (forward - reverse)).collect();
+        let means = period_means(&local, bins);
+        let anywhere = local.windows(bins).map(|window| window.iter().sum::<f64>() / bins as f64);
+        Self {
+            largest: anywhere.fold(f64::NEG_INFINITY, f64::max),
+            mean: means.iter().sum::<f64>() / means.len().max(1) as f64,
+            scatter: deviation_by_median(&means),
+        }
+    }
+}
+
+/// Share of friction above which a period stands out of the others ...
+const SPOT_SHARE: f64 = 0.01;
+/// ... if it is so many times their scatter, too.
+const SPOT_SCATTERS: f64 = 5.0;
+
+/// Whether friction is larger at a spot of the strokes. The contact takes z_ss to follow a change of friction along its way, so the
+/// spot lies as much further on in each direction, and half the sum of both directions has its slope left in it.
+pub(super) fn has_spot(finding: &Finding) -> bool {
+    if finding.static_map || finding.half_sum.torque_nm.len() < LEAST_PERIODS {
+        return false;
+    }
+    let Periods { largest, mean, scatter } = Periods::new(finding);
+    largest - mean > (SPOT_SHARE * mean).max(SPOT_SCATTERS * scatter)
 }

@@ -86,6 +86,8 @@ pub(super) struct Cogging {
     pub(super) gain_error_ratio: f64,
     /// Points of both directions that the spectrum rests on.
     pub(super) points_count: usize,
+    /// Whether friction is larger at a spot of the strokes.
+    pub(super) has_spot: bool,
 }
 
 impl SlidingPoint {
@@ -180,12 +182,14 @@ fn sliding_point(case: &Case, record: &Record<'_>, finding: Finding, friction: &
     let [low, high] = finding.unsettled_counts;
     let settled = low..finding.half_sum.torque_nm.len() - high;
     let points_count = finding.forward.effort.len() + finding.reverse.effort.len();
+    let has_spot = evenness::has_spot(&finding);
     let cogging = finding.spectrum.map(|spectrum| Cogging {
         spectrum,
         rate_lines_rad_per_s: finding.rate_lines_rad_per_s,
         static_map: finding.static_map,
         gain_error_ratio: finding.gain_error_ratio,
         points_count,
+        has_spot,
     });
     SlidingPoint {
         name: case.point.clone(),

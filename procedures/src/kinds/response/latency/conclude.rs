@@ -5,7 +5,7 @@ use analysis::lag::{KnownLag, LagError, Order, Settings, transport_at_known_corn
 
 use super::fit::{Loop, MOST_DELAY_S, SlowResponse, WayOut};
 use super::plan::{Keys, Stage};
-use super::{BACK, JITTER, LEVELS, RATES, SLOW, Value};
+use super::{BACK, JITTER, LEVELS, RATES, ROUND_TRIP, SLOW, Value};
 use crate::case::Case;
 use crate::log::Window;
 use crate::measurement::{Conclusion, Condition, Evidence, Measurement, PointResult};
@@ -62,6 +62,7 @@ pub(super) fn conclude(keys: &Keys, cases: &[Case], points: &[PointResult]) -> C
     let axis = cases.first().map_or("", |case| case.axis.as_str());
     let mut conclusion = Conclusion::collected(points);
     blame_jitter(&mut conclusion, points);
+    count_jitter(&mut conclusion);
     let loops: Vec<&Loop> = points.iter().filter_map(|point| point.reduced.get()).collect();
     let transports: Vec<Value> = loops.iter().map(|found| found.transport_s).collect();
     let corners: Vec<Value> = loops.iter().map(|found| found.corner_hz).collect();
@@ -96,6 +97,18 @@ fn blame_jitter(conclusion: &mut Conclusion, points: &[PointResult]) {
         let mine = conclusion.measurements.iter_mut().filter(|m| m.point.as_deref() == Some(&lost.point));
         mine.for_each(|m| m.inconclusive = Some(reason.clone()));
     }
+}
+
+/// Share of the jitter (rms) by which a fit with one delay may be off: fits to a jitter of 25 us are up to 3.2 us long. Half-width of a
+/// rectangular distribution (ours).
+const JITTER_SHARE: f64 = 0.15;
+
+/// Adds to the round trips by fit what jitter leaves in them, as far as steps cannot exclude it.
+fn count_jitter(conclusion: &mut Conclusion) {
+    let jitter = conclusion.measurements.iter().find(|m| m.measurand == JITTER);
+    let Some(most_s) = jitter.and_then(|m| Some(m.value? + m.u)) else { return };
+    let fits = conclusion.measurements.iter_mut().filter(|m| m.measurand == ROUND_TRIP && m.value.is_some());
+    fits.for_each(|m| m.add_known(JITTER_SHARE * most_s / 3_f64.sqrt()));
 }
 
 fn named(name: &str, axis: &str, found: Found) -> Measurement {

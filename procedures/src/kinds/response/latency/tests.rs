@@ -248,6 +248,19 @@ fn a_corner_that_jitter_smears_is_blamed_on_the_jitter() {
     assert!(value(&found, JITTER)[0] > 0.2e-3);
 }
 
+/// Twelve records; without what jitter adds, only some of them hold the truth.
+#[test]
+fn a_jitter_too_small_to_smear_the_fit_is_in_its_uncertainty() {
+    for seed in 0..12 {
+        let drive = Drive { jitter_s: 90e-6, seed, ..Drive::new(TRANSPORT_S) };
+        let found =
+            concluded(&Keys { steps: 60, levels_v: vec![6.0], ..keys(&[Stage::Fit, Stage::Onset]) }, drive);
+        let [round_s, u_s] = value(&found, ROUND_TRIP);
+        let off_s = round_s - (TRANSPORT_S + 45e-6);
+        assert!(off_s.abs() < 2.0 * u_s && u_s < 10e-6, "seed {seed}: {off_s} s off, u {u_s} s");
+    }
+}
+
 /// Records of a probe at 200 kHz around steps up and down, one after the other.
 fn probed(case: &Case, captures: usize) -> Window {
     const PROBE_HZ: f64 = 200e3;

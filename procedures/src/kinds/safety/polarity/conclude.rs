@@ -2,6 +2,7 @@
 
 use analysis::estimate::Estimate;
 use analysis::goodness::BY_SCATTER;
+use analysis::uncertainty::{Component, combine};
 
 use super::plan::{PULSES, RAMPS};
 use super::record::{Record, Seen, direction, evidence};
@@ -10,7 +11,7 @@ use crate::case::Case;
 use crate::measurement::{Conclusion, Condition, Measurement, PointResult, Proof};
 use crate::quantity::QuantityKind as Q;
 
-const ESTIMATOR: &str = "polarity/3";
+const ESTIMATOR: &str = "polarity/4";
 
 /// Inertia that the pulses show, if the torque constant of the rig file holds.
 pub(super) const SMALL_MOTION_INERTIA: &str = "small-motion-inertia";
@@ -89,6 +90,17 @@ impl Axis {
     /// creeps as fast as the periodic torque.
     fn proven_scale(&self) -> Option<Estimate> {
         self.scale.filter(|scale| scale.value.abs() > SIGNIFICANT * scale.u)
+    }
+
+    /// Inertia by the encoder. Over motions of a few tens of microradians play and errors of the encoder count, which the gyros do not
+    /// have: what both differ by is the half-width of a rectangular distribution.
+    fn inertia(&self) -> Option<Estimate> {
+        let by_encoder = inverse(self.scale?, self.inertia_kg_m2)?;
+        let by_gyro = self.scale_by_gyro.and_then(|scale| inverse(scale, self.inertia_kg_m2));
+        let apart = by_gyro.map_or(0.0, |gyro| (gyro.value - by_encoder.value).abs());
+        let own = Component { u: by_encoder.u, dof: by_encoder.dof };
+        let spread = combine(&[own, Component::known(apart / 3_f64.sqrt())]);
+        Some(Estimate { u: spread.u, dof: spread.dof, ..by_encoder })
     }
 
     /// Whether a torque scale is beyond what is allowed.
@@ -214,7 +226,7 @@ fn measurements(axis: &Axis, pulses: Point<'_>, ramps: Point<'_>) -> Vec<Measure
         ("gyro-encoder-ratio", seen.map(|(s, n)| estimate((s.size.0.copysign(s.own), s.size.1), n)), best),
         ("gyro-cross-ratio", seen.map(|(s, n)| estimate((s.other, s.size.1 / s.size.0.max(0.1)), n)), best),
         ("torque-scale-ratio", axis.scale, pulses),
-        (SMALL_MOTION_INERTIA, axis.scale.and_then(|scale| inverse(scale, axis.inertia_kg_m2)), pulses),
+        (SMALL_MOTION_INERTIA, axis.inertia(), pulses),
     ];
     rows.into_iter()
         .map(|(measurand, value, point)| {

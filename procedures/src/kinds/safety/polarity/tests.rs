@@ -301,6 +301,25 @@ fn an_encoder_that_errs_within_its_pitches_is_named_and_not_the_torque() {
     }
 }
 
+/// Play of a microradian and a half made a healthy elevation 15 % heavier, at a standard uncertainty of 1.4 %.
+#[test]
+fn what_the_gyros_see_otherwise_than_the_encoder_is_in_the_uncertainty_of_the_inertia() {
+    let inertia = |ripple: f64| {
+        let c = conclusion(AZIMUTH, Plant { ripple, ..ELEVATION }, false);
+        let found =
+            c.measurements.iter().find(|m| m.measurand == "small-motion-inertia" && m.axis == "el").cloned();
+        found.map(|m| (m.value.expect("a sound axis"), m.u)).expect("elevation was measured")
+    };
+    let (sound, sound_u) = inertia(0.0);
+    assert!(sound_u < 0.03 * sound, "{sound} ± {sound_u}");
+    for ripple in [1e-6, 2e-6, 4e-6] {
+        let (value, u) = inertia(ripple);
+        assert!((value - sound).abs() < 2.0 * u, "{ripple}: {value} ± {u}, {sound} without");
+    }
+    let (value, _) = inertia(4e-6);
+    assert!((value - sound).abs() > 2.0 * sound_u, "{value}: the error counts");
+}
+
 #[test]
 fn friction_of_any_size_is_no_fault_but_too_little_motion_is_remarked() {
     for static_friction in [130.0, 273.0, 380.0] {

@@ -7,6 +7,7 @@ use sim_devices::physics::lugre::{Contact, LuGre};
 use sim_devices::unit::{AxisSettings, UnitSettings};
 
 use super::{at, axis, place};
+use crate::linear::jitter_s;
 
 /// Step of the contact where only its steady torque is asked for.
 const STEP_S: f64 = 50e-6;
@@ -25,7 +26,40 @@ pub(super) fn unbalance_nm(m: &Measurement, unit: &UnitSettings) -> Option<f64> 
 pub(super) fn friction_nm(m: &Measurement, unit: &UnitSettings) -> Option<f64> {
     let axis = axis(m, unit)?;
     let rate_rad_per_s = at(m, "velocity")?;
-    (rate_rad_per_s != 0.0).then(|| LuGre::new(axis, STEP_S).steady_torque_nm(rate_rad_per_s.abs()))
+    if rate_rad_per_s == 0.0 {
+        return None;
+    }
+    let even_nm = LuGre::new(axis, STEP_S).steady_torque_nm(rate_rad_per_s.abs());
+    // Coulomb and static torque are higher in a spot, viscous friction is not.
+    let viscous_nm = axis.viscous_damping_nm_s_per_rad * rate_rad_per_s.abs();
+    let more = m.angles_rad.map_or(0.0, |angles_rad| spot_ratio(axis, angles_rad));
+    Some(even_nm + more * (even_nm - viscous_nm))
+}
+
+/// What a spot adds to friction on average between two angles, as a share of it.
+fn spot_ratio(axis: &AxisSettings, [from_rad, to_rad]: [f64; 2]) -> f64 {
+    const POINTS: i32 = 2000;
+    let one = |k: i32| {
+        let angle_rad = from_rad + (to_rad - from_rad) * (f64::from(k) + 0.5) / f64::from(POINTS);
+        let off = (angle_rad - axis.friction_spot_rad).abs() / axis.friction_spot_width_rad;
+        if off < 1.0 { 0.5 * axis.friction_spot_ratio * (1.0 + (PI * off).cos()) } else { 0.0 }
+    };
+    (0..POINTS).map(one).sum::<f64>() / f64::from(POINTS)
+}
+
+/// The cogging period with the most friction: the middle of the spot, or as near to it as the strokes come.
+pub(super) fn unevenness(m: &Measurement, unit: &UnitSettings) -> Option<f64> {
+    let axis = axis(m, unit)?;
+    let [from_rad, to_rad] = m.angles_rad?;
+    let rate_rad_per_s = at(m, "velocity")?.abs();
+    let half_rad = PI / axis.cogging_orders_per_rev;
+    let middle_rad = axis.friction_spot_rad.clamp(from_rad + half_rad, to_rad - half_rad);
+    let bristles_nm = LuGre::new(axis, STEP_S).steady_torque_nm(rate_rad_per_s)
+        - axis.viscous_damping_nm_s_per_rad * rate_rad_per_s;
+    let most = spot_ratio(axis, [middle_rad - half_rad, middle_rad + half_rad]);
+    let mean = spot_ratio(axis, [from_rad, to_rad]);
+    let mean_nm = friction_nm(m, unit)?;
+    Some((most - mean) * bristles_nm / mean_nm)
 }
 
 /// What an ampere of azimuth and elevation is worth in the rig file.
@@ -49,7 +83,8 @@ pub(super) fn breakaway_nm(m: &Measurement, unit: &UnitSettings) -> Option<f64> 
     let own = axis(m, unit).filter(|_| place(m) == Some(0))?;
     let rate_nm_per_s = own.torque_constant_nm_per_a * at(m, "rate")?.abs();
     let step_s = (1e-3 * own.static_torque_nm / rate_nm_per_s).clamp(1e-6, LONGEST_STEP_S);
-    let law = LuGre::new(own, step_s);
+    // Half of what friction differs by in both directions is taken for a load, and off.
+    let law = LuGre::new(&AxisSettings { friction_asymmetry_ratio: 0.0, ..own.clone() }, step_s);
     let structure = &unit.az_structure;
     let elevation_rad = BREAKAWAY_ELEVATION_RAD;
     let gain = structure.interpolate(&structure.rigid_gain_ratio, elevation_rad);
@@ -80,7 +115,13 @@ pub(super) fn cogging_harmonic_nm(m: &Measurement, unit: &UnitSettings) -> Optio
 
 pub(super) fn round_trip_s(m: &Measurement, unit: &UnitSettings) -> Option<f64> {
     let axis = axis(m, unit)?;
-    Some(axis.command_delay_s + 0.5 * axis.delay_jitter_s + TICK_S + axis.sensor_delay_s)
+    let [late_s, _] = jitter_s(axis, unit.step_rate_hz);
+    Some(axis.command_delay_s + late_s + TICK_S + axis.sensor_delay_s)
+}
+
+pub(super) fn transport_jitter_s(m: &Measurement, unit: &UnitSettings) -> Option<f64> {
+    let [_, deviation_s] = jitter_s(axis(m, unit)?, unit.step_rate_hz);
+    Some(deviation_s)
 }
 
 pub(super) fn torque_constant_error(m: &Measurement, unit: &UnitSettings) -> Option<f64> {

@@ -173,7 +173,8 @@ fn friction_of_a_levelled_axis_is_even_by_direction_and_angle_and_a_load_is_in_i
     assert!(value <= 4.0 * difference.u && difference.u < 1.0, "{difference:?}");
     let uneven = find(&level, "friction-unevenness");
     let value = uneven.value.expect("two directions");
-    assert!(value < 0.02 && uneven.u < 0.01 && uneven.conditions.len() == 1, "{uneven:?}");
+    // 2 % (half-width) for the ends of the strokes and a load along them.
+    assert!(value < 0.02 && uneven.u < 0.012 && uneven.conditions.len() == 1, "{uneven:?}");
     let mut leaning = azimuth();
     leaning.unbalance_nm = 14.0;
     near(find(&run(text, &leaning, RATE_HZ, 9), "friction-difference"), 11.858, 0.01);
@@ -311,4 +312,48 @@ fn the_peak_of_cogging_depends_on_the_phases_of_its_lines() {
         peaks_nm.extend(peak.value);
     }
     assert!(peaks_nm[0] > 14.2 && peaks_nm[1] < 13.7, "{peaks_nm:?}");
+}
+
+/// Adds a torque that depends on angle and direction to every row.
+fn add_torque(window: &mut Window, truth: &Truth, torque_nm: impl Fn(f64, f64) -> f64) {
+    for rows in &mut window.topics {
+        let angles_rad = rows.columns[0].clone();
+        for k in 1..angles_rad.len() {
+            let direction = (angles_rad[k] - angles_rad[k - 1]).signum();
+            rows.columns[1][k] += torque_nm(angles_rad[k], direction) / truth.torque_constant_nm_per_a;
+        }
+    }
+}
+
+/// Half of what friction differs by in both directions is a constant of the half-sum, which counted as a spring of 5 N·m.
+#[test]
+fn friction_that_is_larger_in_one_direction_is_no_spring() {
+    let text = "[sweep]\nvelocity = [\"2 deg/s\"]\nspan = \"-60 deg .. 60 deg\"\ncycles = 1\n";
+    let truth = azimuth();
+    let found = run_spoiled(text, &truth, RATE_HZ, 11, |window| add_torque(window, &truth, |_, _| 5.0));
+    near(find(&found, "friction-difference"), 5.0, 0.05);
+    let spring = find(&found, "spring-torque");
+    assert!(spring.value.is_some_and(|value| value < 1.0 && value < 3.0 * spring.u), "{spring:?}");
+    assert!(spring.flags.iter().any(|flag| flag.contains("belongs to no spring")), "{:?}", spring.flags);
+}
+
+/// The contact takes 2 mrad to follow a spot, on either side of it: half the sum of both directions has a part of it left.
+#[test]
+fn a_spot_of_friction_is_uneven_and_what_it_leaves_in_the_ripple_is_in_its_uncertainty() {
+    let text = "[sweep]\nvelocity = [\"2 deg/s\"]\nspan = \"-60 deg .. 60 deg\"\ncycles = 1\n";
+    let truth = azimuth();
+    // 12 N·m in the middle, 3 deg wide at half its height; over one period of 2.5 deg 84 % of it.
+    let spot = |angle_rad: f64, direction: f64| {
+        let off = ((angle_rad - direction * 2e-3 - 0.6) / 3_f64.to_radians()).abs();
+        if off < 1.0 { direction * 6.0 * (1.0 + (std::f64::consts::PI * off).cos()) } else { 0.0 }
+    };
+    let found = run_spoiled(text, &truth, RATE_HZ, 12, |window| add_torque(window, &truth, spot));
+    let friction_nm = find(&found, "friction-torque").value.expect("it slides");
+    let uneven = find(&found, "friction-unevenness");
+    let expected = 12.0 * 0.869 / friction_nm - 12.0 * 3.0 / 115.0 / friction_nm;
+    assert!((uneven.value.expect("46 periods") - expected).abs() < uneven.u, "{expected}: {uneven:?}");
+    let peak = find(&found, "cogging-peak");
+    let off_nm = peak.value.expect("lines") - peak_nm(&truth);
+    assert!(off_nm > 0.3 && off_nm < 2.0 * peak.u, "{off_nm} N·m off: {peak:?}");
+    assert!(peak.flags.iter().any(|flag| flag.starts_with("friction has a spot")), "{:?}", peak.flags);
 }
