@@ -23,6 +23,7 @@ mod attempt;
 mod compared;
 mod findings;
 mod inertia;
+mod jitter;
 mod known;
 mod lateness;
 mod limits;

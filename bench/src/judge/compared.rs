@@ -9,6 +9,7 @@ use procedures::requirement::Requirements;
 use procedures::verdict::Verdict;
 use reports::record::{ProcedureFindings, Status};
 
+use super::jitter::count_jitter;
 use super::known;
 
 /// All that procedures of a campaign say of each other; returns what disagrees, a sentence each. `sources` names the procedure
@@ -20,6 +21,7 @@ pub(super) fn compare_all(
 ) -> Vec<String> {
     hold_together(procedures, requirements);
     doubt_torques(procedures, sources, requirements);
+    count_jitter(procedures, requirements);
     compare_estimates(procedures, requirements)
 }
 

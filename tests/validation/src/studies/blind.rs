@@ -119,7 +119,9 @@ pub(crate) fn study() -> ExitCode {
         }
     };
     if let Some(number) = call.print {
-        print!("{}", draw::unit(&format!("unit-{number}"), number));
+        let id = format!("unit-{number}");
+        let in_service = call.asked.units == Units::InService;
+        print!("{}", if in_service { draw::unit_in_service(&id, number) } else { draw::unit(&id, number) });
         return ExitCode::SUCCESS;
     }
     if !call.load.is_empty() {

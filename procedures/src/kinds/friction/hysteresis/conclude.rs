@@ -296,6 +296,8 @@ impl<'a> SeparatingPoint<'a> {
         // A spring that is at rest on the travel has no more than its stiffness over all of it for a constant.
         let whole_nm = stiffness.abs() * (limits.travel_rad[1] - limits.travel_rad[0]);
         let by_direction_nm = (DIRECTION_SHARE * self.point.friction_nm()).min(whole_nm);
+        // Where friction grows with the angle, what it differs by in both directions grows, too.
+        let by_slope = DIRECTION_SHARE * self.point.friction_slope_per_rad.abs() / 3_f64.sqrt();
         let spring_u_nm = found.u_nm.hypot(by_direction_nm / 3_f64.sqrt());
         let mut unbalance = self.value(UNBALANCE, axis, Q::Torque, unbalance_nm.abs(), unbalance_u_nm);
         let mut spring = self.value(SPRING, axis, Q::Torque, found.torque_nm, spring_u_nm);
@@ -311,7 +313,11 @@ impl<'a> SeparatingPoint<'a> {
                 .flags
                 .push(format!("a constant of {beyond} belongs to no spring that is at rest on the travel"));
         }
-        vec![unbalance, spring, self.value(STIFFNESS, axis, Q::Stiffness, stiffness, stiffness_u)]
+        vec![
+            unbalance,
+            spring,
+            self.value(STIFFNESS, axis, Q::Stiffness, stiffness, stiffness_u.hypot(by_slope)),
+        ]
     }
 
     fn value(&self, name: &str, axis: &str, kind: Q, value: f64, u: f64) -> Measurement {

@@ -2,6 +2,7 @@
 
 use analysis::angle_map::period_means;
 use analysis::estimate::Estimate;
+use analysis::least_squares::LinearFit;
 use analysis::peaks::deviation_by_median;
 use analysis::uncertainty::{Component, combine};
 
@@ -79,6 +80,8 @@ fn unevenness(finding: &Finding, friction: &Estimate) -> Estimate {
 
 /// Friction by the cogging period, half the difference of both directions.
 struct Periods {
+    /// Mean over each period.
+    means: Vec<f64>,
     /// Mean over the period with the most friction.
     largest: f64,
     /// Mean over all of them.
@@ -99,6 +102,7 @@ impl Periods {
             largest: anywhere.fold(f64::NEG_INFINITY, f64::max),
             mean: means.iter().sum::<f64>() / means.len().max(1) as f64,
             scatter: deviation_by_median(&means),
+            means,
         }
     }
 }
@@ -114,6 +118,17 @@ pub(super) fn has_spot(finding: &Finding) -> bool {
     if finding.static_map || finding.half_sum.torque_nm.len() < LEAST_PERIODS {
         return false;
     }
-    let Periods { largest, mean, scatter } = Periods::new(finding);
+    let Periods { largest, mean, scatter, .. } = Periods::new(finding);
     largest - mean > (SPOT_SHARE * mean).max(SPOT_SCATTERS * scatter)
+}
+
+/// Growth of friction with the angle, per radian: slope of a straight line through the periods; 0 where there is no line.
+pub(super) fn slope_per_rad(finding: &Finding) -> f64 {
+    let angles_rad = finding.half_sum.angle_rad.clone();
+    let means = Periods::new(finding).means;
+    if means.len() != angles_rad.len() {
+        return 0.0;
+    }
+    let one = vec![1.0; means.len()];
+    LinearFit::new(&[one, angles_rad], &means, None).map_or(0.0, |line| line.coefficients[1])
 }

@@ -53,6 +53,8 @@ pub(super) struct SlidingPoint {
     pub(super) half_sum: HalfSum,
     /// Periods that are left out of it because they had not.
     pub(super) unsettled_count: usize,
+    /// Growth of friction with the angle, per radian.
+    pub(super) friction_slope_per_rad: f64,
     /// `None` where periods, bins or bandwidth do not suffice for a spectrum.
     pub(super) cogging: Option<Cogging>,
     pub(super) conditions: Vec<Condition>,
@@ -183,6 +185,7 @@ fn sliding_point(case: &Case, record: &Record<'_>, finding: Finding, friction: &
     let settled = low..finding.half_sum.torque_nm.len() - high;
     let points_count = finding.forward.effort.len() + finding.reverse.effort.len();
     let has_spot = evenness::has_spot(&finding);
+    let friction_slope_per_rad = evenness::slope_per_rad(&finding);
     let cogging = finding.spectrum.map(|spectrum| Cogging {
         spectrum,
         rate_lines_rad_per_s: finding.rate_lines_rad_per_s,
@@ -201,6 +204,7 @@ fn sliding_point(case: &Case, record: &Record<'_>, finding: Finding, friction: &
         offset: finding.offset,
         half_sum: finding.half_sum.part(settled),
         unsettled_count: low + high,
+        friction_slope_per_rad,
         cogging,
         conditions: friction.conditions.clone(),
         evidence: finding.evidence,

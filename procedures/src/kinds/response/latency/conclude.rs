@@ -5,7 +5,7 @@ use analysis::lag::{KnownLag, LagError, Order, Settings, transport_at_known_corn
 
 use super::fit::{Loop, MOST_DELAY_S, SlowResponse, WayOut};
 use super::plan::{Keys, Stage};
-use super::{BACK, JITTER, LEVELS, RATES, ROUND_TRIP, SLOW, Value};
+use super::{BACK, JITTER, LAG, LEVELS, RATES, ROUND_TRIP, SLOW, Value};
 use crate::case::Case;
 use crate::log::Window;
 use crate::measurement::{Conclusion, Condition, Evidence, Measurement, PointResult};
@@ -99,16 +99,20 @@ fn blame_jitter(conclusion: &mut Conclusion, points: &[PointResult]) {
     }
 }
 
-/// Share of the jitter (rms) by which a fit with one delay may be off: fits to a jitter of 25 us are up to 3.2 us long. Half-width of a
-/// rectangular distribution (ours).
-const JITTER_SHARE: f64 = 0.15;
+/// By how many σ²/τ a fit with one delay may be off, if the delay has the standard deviation σ and the current loop the lag τ: the smear
+/// goes into lag and delay, with opposite signs. Drawn units with up to 50 us of jitter need 2.7. Half-width of a rectangular
+/// distribution (ours).
+const SMEAR_RATIO: f64 = 3.0;
 
 /// Adds to the round trips by fit what jitter leaves in them, as far as steps cannot exclude it.
 fn count_jitter(conclusion: &mut Conclusion) {
-    let jitter = conclusion.measurements.iter().find(|m| m.measurand == JITTER);
-    let Some(most_s) = jitter.and_then(|m| Some(m.value? + m.u)) else { return };
+    let find = |name: &str| conclusion.measurements.iter().find(|m| m.measurand == name && m.value.is_some());
+    let most_s = find(JITTER).and_then(|m| Some(m.value? + m.u));
+    let lag_s = find(LAG).and_then(|m| m.value).filter(|lag_s| *lag_s > 0.0);
+    let (Some(most_s), Some(lag_s)) = (most_s, lag_s) else { return };
+    let half_width_s = SMEAR_RATIO * most_s * most_s / lag_s;
     let fits = conclusion.measurements.iter_mut().filter(|m| m.measurand == ROUND_TRIP && m.value.is_some());
-    fits.for_each(|m| m.add_known(JITTER_SHARE * most_s / 3_f64.sqrt()));
+    fits.for_each(|m| m.add_known(half_width_s / 3_f64.sqrt()));
 }
 
 fn named(name: &str, axis: &str, found: Found) -> Measurement {

@@ -248,16 +248,19 @@ fn a_corner_that_jitter_smears_is_blamed_on_the_jitter() {
     assert!(value(&found, JITTER)[0] > 0.2e-3);
 }
 
-/// Twelve records; without what jitter adds, only some of them hold the truth.
+/// 52 us rms, in which drawn units have been 21 us and 56 us off. The fit alone states less than 10 us.
 #[test]
-fn a_jitter_too_small_to_smear_the_fit_is_in_its_uncertainty() {
+fn a_jitter_too_small_to_spoil_the_fit_is_in_its_uncertainty() {
     for seed in 0..12 {
-        let drive = Drive { jitter_s: 90e-6, seed, ..Drive::new(TRANSPORT_S) };
+        let drive = Drive { jitter_s: 180e-6, seed, ..Drive::new(TRANSPORT_S) };
         let found =
             concluded(&Keys { steps: 60, levels_v: vec![6.0], ..keys(&[Stage::Fit, Stage::Onset]) }, drive);
         let [round_s, u_s] = value(&found, ROUND_TRIP);
-        let off_s = round_s - (TRANSPORT_S + 45e-6);
-        assert!(off_s.abs() < 2.0 * u_s && u_s < 10e-6, "seed {seed}: {off_s} s off, u {u_s} s");
+        let off_s = round_s - (TRANSPORT_S + 90e-6);
+        assert!(
+            off_s.abs() < 2.0 * u_s && u_s > 15e-6 && u_s < 60e-6,
+            "seed {seed}: {off_s} s off, u {u_s} s"
+        );
     }
 }
 

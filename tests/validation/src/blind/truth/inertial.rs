@@ -73,7 +73,9 @@ pub(super) fn gyro_scale_error(m: &Measurement, unit: &UnitSettings) -> Option<f
     let too_much =
         (encoder_error_rad(axis, to_rad) - encoder_error_rad(axis, from_rad)) / (to_rad - from_rad);
     // The encoder loses its slip on the way towards larger angles, and nothing on the way back.
-    Some(along(added(unit, direction), direction) - too_much + 0.5 * axis.encoder_slip_ratio)
+    // Warm, as late in a campaign.
+    let of_heat = unit.imu.gyro_scale_per_k_ratio * unit.imu.warm_up_degc;
+    Some(along(added(unit, direction), direction) + of_heat - too_much + 0.5 * axis.encoder_slip_ratio)
 }
 
 /// What the gyros alone add to the rate about the elevation axis, to first order.
