@@ -17,6 +17,7 @@ mod noise;
 mod plain;
 mod screen;
 mod series;
+mod steps;
 #[cfg(test)]
 mod tests;
 mod theo;
@@ -29,6 +30,7 @@ pub use freedom::freedom;
 pub use noise::{Noise, identify};
 pub use screen::{Drift, drift, quantum_of};
 pub use series::Series;
+pub use steps::{OutputStep, output_step};
 
 /// What is computed from the phases; "O" is overlapping, m the averaging factor, τ = m·τ0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

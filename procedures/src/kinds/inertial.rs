@@ -39,6 +39,8 @@ pub(in crate::kinds) struct Samples {
     turned_rad: [Vec<f64>; 2],
     /// Names of azimuth and elevation.
     axes: [String; 2],
+    /// Messages that came since the sample before.
+    messages: Vec<f64>,
     /// Time between two samples.
     pub(in crate::kinds) period_s: f64,
     /// Temperature of the unit, first and last.
@@ -114,6 +116,7 @@ impl Samples {
             rate_rad_per_s,
             angle_rad,
             turned_rad,
+            messages: kept.iter().map(|&k| step(counter, k)).collect(),
             axes: names.map(str::to_owned),
             period_s,
             temperature_degc,
@@ -125,6 +128,17 @@ impl Samples {
     /// Number of samples.
     pub(in crate::kinds) fn len(&self) -> usize {
         self.time_s.len()
+    }
+
+    /// Number of messages that most samples are the mean of.
+    pub(in crate::kinds) fn messages_in_most(&self) -> f64 {
+        middle(self.messages.clone())
+    }
+
+    /// Rates of a gyro where a sample is the mean of so many messages.
+    pub(in crate::kinds) fn rates_of_messages(&self, index: usize, messages: f64) -> Vec<f64> {
+        let pairs = self.rate_rad_per_s[index].iter().zip(&self.messages);
+        pairs.filter(|(_, own)| **own == messages).map(|(rate, _)| *rate).collect()
     }
 
     /// Mean rates of the axes over each sample but the first, by the encoders: azimuth, elevation.

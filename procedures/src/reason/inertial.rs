@@ -22,6 +22,14 @@ pub enum InertialReason {
         "gyro {gyro} shows one value for half of the record, or the record is too short: it has no noise to compare with"
     )]
     NoNoise { gyro: &'static str },
+    #[error(
+        "gyro {gyro} shows one value for half of the record, or the record is too short: its step is not seen"
+    )]
+    FewValues { gyro: &'static str },
+    #[error(
+        "{period_s:.3} s from sample to sample: too long for the counter of the messages that a sample is the mean of"
+    )]
+    UncountedMessages { period_s: f64 },
     #[error("the steps of the encoder are not multiples of one step: its resolution is finer than its noise")]
     NoQuantum,
     #[error("the longest record without a gap lasts {longest_s:.0} s of {lasts_s:.0} s, but half is needed")]

@@ -95,6 +95,41 @@ fn a_record_that_is_no_record_is_refused_in_words() {
     }
 }
 
+/// Means of 40 readings on a grid, written with 32 bits: steps of a fortieth.
+fn means_on_grid(seed: u64, count: usize, step: f64) -> Vec<f64> {
+    let readings = normals(seed, 40 * count);
+    let on_grid = |v: &f64| if step > 0.0 { (v / step).round() * step } else { *v };
+    let mean = |own: &[f64]| own.iter().map(|v| 1.5e-4 * on_grid(v)).sum::<f64>() / 40.0;
+    readings.chunks_exact(40).map(|own| f64::from(mean(own) as f32)).collect()
+}
+
+#[test]
+fn steps_far_below_the_noise_and_about_as_large_are_found() {
+    for step in [0.005, 0.1, 2.0, 6.0] {
+        let found = output_step(&means_on_grid(6, 6000, step));
+        let Some(OutputStep::Seen(found)) = found else { panic!("{step}: {found:?}") };
+        let expected = 1.5e-4 * step / 40.0;
+        assert!((found.value / expected - 1.0).abs() < 1e-6, "{step}: {found:?}");
+        assert!((found.value - expected).abs() < 5.0 * found.u, "{step}: {found:?}");
+    }
+}
+
+#[test]
+fn numbers_without_a_step_tell_how_large_it_is_at_most() {
+    let found = output_step(&means_on_grid(7, 6000, 0.0));
+    let Some(OutputStep::AtMost(most)) = found else { panic!("{found:?}") };
+    // Noise of 24e-6, and half of 6000 means within 0.67 of it either way.
+    assert!((1e-8..2e-7).contains(&most), "{most}");
+    // Two grids side by side are none, and the bound is not below either.
+    let mixed = [means_on_grid(8, 3000, 1.0), means_on_grid(9, 3000, 1.03)].concat();
+    let found = output_step(&mixed);
+    let Some(OutputStep::AtMost(most)) = found else { panic!("{found:?}") };
+    assert!(most > 0.9 * 1.5e-4 / 40.0, "{most}");
+    for stuck in [vec![1e-5; 1000], vec![], vec![1e-5; 3]] {
+        assert_eq!(output_step(&stuck), None);
+    }
+}
+
 #[test]
 fn quanta_and_drift_are_seen() {
     let noise = normals(5, 5000);

@@ -11,6 +11,7 @@ use crate::quantity::QuantityKind as Q;
 
 mod creep;
 mod keys;
+mod step;
 mod still;
 #[cfg(test)]
 pub(in crate::kinds) mod tests;
@@ -24,6 +25,7 @@ const BIAS: &str = "gyro-bias";
 const RESOLUTION: &str = "encoder-resolution";
 const BITS: &str = "encoder-bits";
 const PEAK: &str = "gyro-peak-ratio";
+const STEP: &str = "gyro-step";
 
 const MEASURANDS: &[Measurand] = &[
     Measurand::new(WALK, Q::AngleRandomWalk, "Angle random walk N of a gyro (IEEE Std 952)."),
@@ -45,6 +47,11 @@ const MEASURANDS: &[Measurand] = &[
         Q::Ratio,
         "Largest departure of a gyro's rate at standstill from its median, over the standard deviation of its noise.",
     ),
+    Measurand::new(
+        STEP,
+        Q::AngularVelocity,
+        "Step in which a gyro puts out its rate, from its samples at standstill.",
+    ),
 ];
 
 pub(in crate::kinds) const KIND: Kind =
@@ -52,7 +59,7 @@ pub(in crate::kinds) const KIND: Kind =
 
 impl Experiment for Keys {
     fn yields(&self) -> Option<Vec<&'static str>> {
-        let mut all = vec![WALK, INSTABILITY, RATE_WALK, PEAK];
+        let mut all = vec![WALK, INSTABILITY, RATE_WALK, PEAK, STEP];
         if self.latitude_rad.is_some() {
             all.push(BIAS);
         }

@@ -37,6 +37,7 @@ fn each_sample_counts_once_however_often_the_log_repeats_it() {
     assert_eq!(found.rate_rad_per_s[1][..2], [1004.0, 1008.0]);
     assert_eq!(found.flags, [""; 0]);
     assert_eq!(found.excluded.iter().map(|e| e.count).sum::<usize>(), 300);
+    assert_eq!((found.messages_in_most(), found.rates_of_messages(1, 2.0).len()), (1.0, 0));
 }
 
 #[test]

@@ -65,6 +65,7 @@ pub const KNOWN: &[Known] = &[
     known("lost-motion", |m, unit| Some(axis(m, unit)?.encoder_backlash_rad), "setting"),
     known("encoder-slip", |m, unit| Some(axis(m, unit)?.encoder_slip_ratio), "setting"),
     known("angle-random-walk", |_, unit| Some(unit.imu.gyro_random_walk_rad_per_sqrt_s * unit.imu.gyro_noise_factor), "setting"),
+    known("gyro-step", |_, unit| Some(unit.imu.gyro_quantum_rad_per_s), "setting"),
     known("gyro-encoder-delay", inertial::gyro_encoder_delay_s, "delays of both, and the exchange after which a message of the gyros is read"),
     known("gyro-scale-error", inertial::gyro_scale_error, "settings of scale and lean, along the axis that turned"),
     known("gyro-mapping-error", inertial::gyro_mapping_error_rad, "settings of mount, scale and lean, across the axis that turned"),

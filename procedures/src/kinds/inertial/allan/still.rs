@@ -7,8 +7,8 @@ use analysis::estimate::Estimate;
 use analysis::peaks::peak_ratio;
 
 use super::keys::{Keys, STILL};
-use super::{BIAS, INSTABILITY, PEAK, RATE_WALK, WALK};
-use crate::axis::Axes;
+use super::{BIAS, INSTABILITY, PEAK, RATE_WALK, WALK, step};
+use crate::axis::{Axes, AxisLimits};
 use crate::case::Case;
 use crate::kinds::inertial::{GYROS, Samples, body_rates, earth_rates};
 use crate::log::Window;
@@ -48,7 +48,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
             for gyro in GYROS {
                 result.measurements.extend(without(keys, gyro, &reason));
                 let peak = Measurement::inconclusive(PEAK, gyro, Q::Ratio, PEAK_ESTIMATOR, &reason);
-                result.measurements.push(peak);
+                result.measurements.extend([peak, step::without(gyro, reason.clone())]);
             }
             result.inconclusive = Some(reason);
             return result;
@@ -64,7 +64,9 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
             Err(reason) => result.measurements.extend(without(keys, gyro, &reason)),
         }
     }
+    let tick_s = axes.limits(&case.axis).map_or(0.0, AxisLimits::tick_s);
     result.measurements.extend((0..GYROS.len()).map(|index| peak(&samples, index)));
+    result.measurements.extend((0..GYROS.len()).map(|index| step::measured(&samples, index, tick_s)));
     for m in &mut result.measurements {
         m.point = Some(case.point.clone());
         if m.value.is_some() {

@@ -3,7 +3,7 @@ use crate::axis::AxisLimits;
 use crate::kinds::inertial::tests::imu_rows;
 use crate::kinds::inertial::{body_rates, earth_rates};
 use crate::log::{EndedBy, SegmentSpan};
-use crate::measurement::Measurement;
+use crate::measurement::{Bound, Measurement};
 use crate::reason::Reason;
 use crate::synthetic::{self, Random};
 
@@ -162,6 +162,33 @@ fn a_single_wrong_sample_is_the_peak_and_leaves_the_walk() {
     }
 }
 
+/// A row is the mean of 40 messages: it moves by a fortieth of their step.
+#[test]
+fn the_step_of_a_gyro_is_that_of_its_messages_however_small_beside_their_noise() {
+    for (step, read) in [
+        (1e-6, (|rate| (rate / 25e-9).round() * 25e-9) as fn(f64) -> f64),
+        (1e-3, |rate| (rate / 25e-6).round() * 25e-6),
+    ] {
+        let result = analysed(&Still { read, ..SOUND });
+        for gyro in ["x", "y", "z"] {
+            let found = of(&result, STEP, gyro);
+            let value = found.value.expect("a step");
+            assert!((value / step - 1.0).abs() < 1e-6 && found.bound.is_none(), "{found:?}");
+        }
+    }
+}
+
+#[test]
+fn a_step_too_small_to_see_is_a_bound_and_a_gyro_that_is_stuck_has_none() {
+    let result = analysed(&SOUND);
+    let found = of(&result, STEP, "z");
+    let most = found.value.expect("a bound");
+    assert!(most < 10e-6 && matches!(found.bound, Some(Bound::AtMost(_))), "{found:?}");
+    let stuck = analysed(&Still { read: |_| 1e-5, ..SOUND });
+    let reason = of(&stuck, STEP, "x").inconclusive.clone().unwrap_or_default();
+    assert!(reason.contains("one value for half of the record"), "{reason}");
+}
+
 #[test]
 fn drift_quanta_and_gaps_are_flagged() {
     let flags = |still: &Still| of(&analysed(still), WALK, "y").flags.join("; ");
@@ -204,7 +231,7 @@ fn what_is_no_evidence_gives_no_number() {
         empty.inconclusive.as_ref().map(Reason::to_string).as_deref(),
         Some("the log has no topic /imu")
     );
-    assert_eq!(empty.measurements.len(), 15);
+    assert_eq!(empty.measurements.len(), 18);
     assert!(empty.measurements.iter().all(|m| m.value.is_none() && m.inconclusive.is_some()));
     let unseen = keys().analyse(case, &Window::completed(Vec::new(), Vec::new()), &axes());
     assert_eq!(
