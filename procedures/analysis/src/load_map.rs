@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use super::goodness::Goodness;
 use super::least_squares::LinearFit;
 
 /// Harmonics of the cogging order in the model.
@@ -10,6 +11,10 @@ const HARMONICS: usize = 3;
 const POLYNOMIAL: usize = 3;
 /// Columns of the angle part.
 const COLUMNS: usize = POLYNOMIAL + 2 * HARMONICS;
+/// Columns of the friction part.
+const FRICTION: usize = 2;
+/// Bins over the stroke in which the directions are compared.
+const BINS: usize = 40;
 
 /// Half the sum of the torques of a slow stroke back and forth, as a smooth function of angle: the part of
 /// F̂ = T_m − J·α that does not change sign with direction, in N·m.
@@ -21,6 +26,10 @@ pub struct LoadMap {
     reach_rad: f64,
     order_per_rev: f64,
     fit: LinearFit,
+    /// How well the model describes what does not change sign with direction, by the scatter of what does.
+    pub goodness: Goodness,
+    /// Variance of a sample, by that scatter.
+    variance: f64,
     /// Rms of what the model leaves of the half sum, binned over angle, beyond what noise alone leaves; N·m.
     pub misfit_nm: f64,
 }
@@ -51,8 +60,11 @@ impl LoadMap {
         // Viscous part and slow change of friction along the stroke.
         columns.push(direction.iter().zip(&rows).map(|(d, r)| d * r[1]).collect());
         let fit = LinearFit::new(&columns, effort_nm, None).ok()?;
-        let misfit_nm = misfit(position_rad, &direction, &fit, low, reach_rad);
-        Some(Self { centre_rad, reach_rad, order_per_rev, fit, misfit_nm })
+        let bins = bins(position_rad, &direction, &fit.residuals, low, reach_rad);
+        let misfit_nm = misfit(&bins, fit.residual_variance);
+        let power = effort_nm.iter().map(|torque| torque * torque).sum::<f64>() / effort_nm.len() as f64;
+        let (goodness, variance) = goodness(&bins, &fit, power);
+        Some(Self { centre_rad, reach_rad, order_per_rev, fit, goodness, variance, misfit_nm })
     }
 
     /// The load torque at an angle inside the stroke, N·m; outside, the polynomial is held at the stroke's end.
@@ -77,7 +89,8 @@ impl LoadMap {
     pub fn u_at(&self, position_rad: f64) -> f64 {
         let mut row = self.row(position_rad).to_vec();
         row.extend([0.0, 0.0]);
-        self.fit.u_at(&row).hypot(self.misfit_nm)
+        let noise = self.fit.u_at(&row) * (self.variance / self.fit.residual_variance).sqrt();
+        (noise * self.goodness.widening()).hypot(self.misfit_nm)
     }
 
     /// Lowest and highest angle that the stroke covered.
@@ -109,31 +122,77 @@ fn row(off_rad: f64, reach_rad: f64, order_per_rev: f64, position_rad: f64) -> [
     row
 }
 
-/// Excess of the binned half-sum residual over what white noise of the same spread leaves in a bin.
-fn misfit(position_rad: &[f64], direction: &[f64], fit: &LinearFit, low_rad: f64, reach_rad: f64) -> f64 {
-    const BINS: usize = 40;
+/// Residuals at one angle: means of both directions.
+struct Bin {
+    /// Half the sum of both.
+    half_sum_nm: f64,
+    /// Half their difference: friction that the model lacks, and noise as large as that of the half sum.
+    half_difference_nm: f64,
+    /// Variance of either over that of a sample.
+    share: f64,
+}
+
+fn bins(
+    position_rad: &[f64],
+    direction: &[f64],
+    residuals: &[f64],
+    low_rad: f64,
+    reach_rad: f64,
+) -> Vec<Bin> {
     let mut sums = [[0.0; 2]; BINS];
     let mut counts = [[0.0; 2]; BINS];
-    for ((p, d), r) in position_rad.iter().zip(direction).zip(&fit.residuals) {
+    for ((p, d), r) in position_rad.iter().zip(direction).zip(residuals) {
         let bin = (((p - low_rad) / (2.0 * reach_rad) * BINS as f64) as usize).min(BINS - 1);
         let side = usize::from(*d < 0.0);
         sums[bin][side] += r;
         counts[bin][side] += 1.0;
     }
-    let mut excess = 0.0;
-    let mut used = 0.0;
-    for (sum, count) in sums.iter().zip(&counts).filter(|(_, c)| c[0] > 0.0 && c[1] > 0.0) {
-        let half_sum = (sum[0] / count[0] + sum[1] / count[1]) / 2.0;
-        let noise = fit.residual_variance * (1.0 / count[0] + 1.0 / count[1]) / 4.0;
-        excess += half_sum * half_sum - noise;
-        used += 1.0;
+    let both = sums.iter().zip(&counts).filter(|(_, c)| c[0] > 0.0 && c[1] > 0.0);
+    both.map(|(sum, count)| {
+        let [there, back] = [sum[0] / count[0], sum[1] / count[1]];
+        Bin {
+            half_sum_nm: (there + back) / 2.0,
+            half_difference_nm: (there - back) / 2.0,
+            share: (1.0 / count[0] + 1.0 / count[1]) / 4.0,
+        }
+    })
+    .collect()
+}
+
+/// Excess of the binned half-sum residual over what white noise of the same spread leaves in a bin.
+fn misfit(bins: &[Bin], variance: f64) -> f64 {
+    if bins.is_empty() {
+        return 0.0;
     }
-    if used > 0.0 { (excess / used).max(0.0).sqrt() } else { 0.0 }
+    let excess: f64 = bins.iter().map(|bin| bin.half_sum_nm.powi(2) - variance * bin.share).sum();
+    (excess / bins.len() as f64).max(0.0).sqrt()
+}
+
+/// The half sums against the scatter that the half differences state, and the variance of a sample by these: noise that lasts
+/// from sample to sample is in both. Where too few bins have both directions, and where nothing scatters, only the residuals are
+/// left. `power_nm2` is the mean square of what was observed.
+fn goodness(bins: &[Bin], fit: &LinearFit, power_nm2: f64) -> (Goodness, f64) {
+    let mean_square = |of: fn(&Bin) -> f64, columns: usize| -> Option<(f64, usize)> {
+        let dof = bins.len().checked_sub(columns).filter(|dof| *dof > 0)?;
+        Some((bins.iter().map(|bin| of(bin).powi(2) / bin.share).sum::<f64>() / dof as f64, dof))
+    };
+    let left = mean_square(|bin| bin.half_sum_nm, COLUMNS);
+    let scatter = mean_square(|bin| bin.half_difference_nm, FRICTION);
+    match left.zip(scatter) {
+        Some(((left, dof), (variance, scatter_dof))) if variance > 0.0 => {
+            let rms =
+                (bins.iter().map(|bin| bin.half_sum_nm.powi(2)).sum::<f64>() / bins.len() as f64).sqrt();
+            let stated = Goodness::of_known(left / variance, dof).stated_with(scatter_dof as f64);
+            (stated.with_share(rms / power_nm2.sqrt()), variance)
+        }
+        _ => (Goodness::by_scatter(1.0, fit.dof), fit.residual_variance),
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::synthetic_noise::gaussian;
 
     fn load(p: f64) -> f64 {
         5.0 * (108.0 * p + 0.4).sin() - 14.0 * p.cos() + 20.0 * (p - 0.7)
@@ -172,6 +231,37 @@ mod tests {
         let map = LoadMap::new(&position, &velocity, &effort, 108.0).expect("four periods");
         assert!(map.misfit_nm > 1.0, "{}", map.misfit_nm);
         assert!(map.u_at(60.0_f64.to_radians()) >= map.misfit_nm);
+    }
+
+    /// The stroke with noise of 0.5 N·m in every sample.
+    fn noisy(seed: u64, load: impl Fn(f64) -> f64) -> LoadMap {
+        let [position, velocity, mut effort] = stroke(0.116, load);
+        let mut normal = gaussian(seed);
+        effort.iter_mut().for_each(|torque| *torque += 0.5 * normal());
+        LoadMap::new(&position, &velocity, &effort, 108.0).expect("four periods")
+    }
+
+    #[test]
+    fn a_load_of_the_model_leaves_no_more_than_what_changes_with_direction() {
+        let maps: Vec<LoadMap> = (0..100).map(|seed| noisy(seed, load)).collect();
+        let ratio = |map: &LoadMap| map.goodness.ratio().expect("stated by the half differences");
+        let mean = maps.iter().map(ratio).sum::<f64>() / maps.len() as f64;
+        // That of F with 31 and 38 degrees of freedom.
+        assert!((mean - 38.0 / 36.0).abs() < 0.1, "{mean}");
+        let flagged = maps.iter().filter(|map| map.goodness.flag().is_some()).count();
+        // Chance exceeds what is flagged in 2.5 % of cases: the scatter that states the uncertainty is an estimate itself.
+        assert!(flagged <= 8, "{flagged} of 100");
+    }
+
+    #[test]
+    fn a_load_that_the_model_lacks_is_flagged_and_widens_u_and_one_that_outweighs_it_is_refused() {
+        let at = 60.0_f64.to_radians();
+        let [plain, ripple, other] =
+            [0.0, 0.5, 15.0].map(|extra| noisy(1, move |p| load(p) + extra * (77.0 * p).sin()));
+        assert!(ripple.goodness.flag().is_some_and(|flag| flag.contains("u widened")), "{ripple:?}");
+        assert!(ripple.u_at(at).powi(2) - ripple.misfit_nm.powi(2) > 2.0 * plain.u_at(at).powi(2));
+        assert!(ripple.goodness.check().is_ok() && plain.goodness.check().is_ok());
+        assert!(other.goodness.check().is_err(), "{:?}", other.goodness);
     }
 
     #[test]

@@ -40,7 +40,9 @@ multisine. Bristle stiffness σ0 and plateau T_∞ come from an exponential fit 
 term, z_ss = T_∞/σ0 (mean over the ramps). Breakaway is the maximum over 0.5…8 z_ss of F̂ smoothed by one polynomial of
 degree 10 over 0.3…9 z_ss; the displacement there is given in the result's flag. The dwell counts from the last motion to
 3 z_ss. The dwell law T = T0 + slope·ln(1 + t/τ_d) is that of this maximum, which lies where the contact has mostly
-renewed itself: its slope is smaller than the growth of static friction itself. Multisine: T + Jω²X = (σ0 + jω(σ1 + σ2))·Z
+renewed itself: its slope is smaller than the growth of static friction itself. Means that deviate from the law by more than
+their repeats explain (χ² per degree of freedom) widen the uncertainty of the slope. Where the fit of the load leaves more
+of the half sum than of the half difference of both directions, that widens the uncertainty of the load. Multisine: T + Jω²X = (σ0 + jω(σ1 + σ2))·Z
 on the excited lines, Z the bristle along the measured path. Hold: breakaway in the direction of the load, with the load
 not subtracted (where the axis slides by itself, minus the torque that accelerates it), mean over the three phases of the
 cogging; the amplitude A of the cogging that they show is included in the uncertainty, u = A/√2 (cosine at an unknown
@@ -48,7 +50,8 @@ phase).
 
 # Fails when
 No breakaway within the time; less than 8 z_ss of displacement; torque at its limit; fit not converged; map missing;
-the axis slides during the dwell.
+the axis slides during the dwell; χ²/dof beyond 20 for the dwell law or the load, unless the residuals are below a tenth of
+the growth with the dwell or of the torque.
 
 # Source
 estimators.md §1.5; Canudas de Wit et al. 1995 (LuGre); director.md §3, §8, E23, E24.

@@ -40,12 +40,15 @@ fn load_map(cases: &[Case], points: &[PointResult], limits: &AxisLimits) -> Resu
         return Err(FrictionReason::NoMap { reason: Box::new(reason.clone()) }.into());
     }
     let stroke = result.reduced.get::<BreakawayPoint>().and_then(|point| point.stroke.as_ref());
-    stroke
+    let map = stroke
         .and_then(|stroke| {
             let orders_per_rev = limits.cogging_orders_per_rev;
             LoadMap::new(&stroke.position_rad, &stroke.velocity_rad_per_s, &stroke.effort_nm, orders_per_rev)
         })
-        .ok_or_else(|| FrictionReason::StrokeTooShort.into())
+        .ok_or(FrictionReason::StrokeTooShort)?;
+    let described = map.goodness.check();
+    described.map_err(|hopeless| FrictionReason::NoMap { reason: Box::new(hopeless.into()) })?;
+    Ok(map)
 }
 
 /// Whether a case has a segment of this label.
@@ -99,9 +102,10 @@ impl<'a> Findings<'a> {
         match &self.map {
             Ok(map) => conclusion.remarks.push(format!(
                 "Load near the pose, from the slow stroke: cogging {:.2} N·m; the fitted load map deviates \
-                 from the half sum by {:.3} N·m rms.",
+                 from the half sum by {:.3} N·m rms{}.",
                 map.cogging_amplitude_nm(),
-                map.misfit_nm
+                map.misfit_nm,
+                map.goodness.flag().map(|flag| format!(" ({flag})")).unwrap_or_default()
             )),
             Err(reason) if self.keys.map.is_some() => conclusion.remarks.push(reason.to_string()),
             Err(_) => {}
