@@ -307,7 +307,7 @@ impl<'a> SeparatingPoint<'a> {
             }
         }
         spring.flags.push(format!("largest at {}", Q::Angle.format(found.at_rad)));
-        if found.beyond_nm > 0.0 {
+        if found.beyond_nm > 2.0 * found.u_nm {
             let beyond = Q::Torque.format(found.beyond_nm);
             spring
                 .flags
