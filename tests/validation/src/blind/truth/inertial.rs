@@ -67,20 +67,24 @@ const SPINS_RAD: [[f64; 2]; 2] = [[-0.52, 0.52], [0.0, 1.4]];
 
 /// Size of the rate that the gyros show over the rate that the encoder shows, less 1, to first order.
 pub(super) fn gyro_scale_error(m: &Measurement, unit: &UnitSettings) -> Option<f64> {
-    let direction = turned(m, at(m, "elevation").unwrap_or(0.0))?;
-    let axis = axis(m, unit)?;
-    let [from_rad, to_rad] = SPINS_RAD[place(m)?];
-    let too_much =
-        (encoder_error_rad(axis, to_rad) - encoder_error_rad(axis, from_rad)) / (to_rad - from_rad);
-    // The encoder loses its slip on the way towards larger angles, and nothing on the way back.
-    // Warm, as late in a campaign.
-    let of_heat = unit.imu.gyro_scale_per_k_ratio * unit.imu.warm_up_degc;
-    Some(along(added(unit, direction), direction) + of_heat - too_much + 0.5 * axis.encoder_slip_ratio)
+    Some(scale_error(unit, place(m)?, turned(m, at(m, "elevation").unwrap_or(0.0))?))
 }
 
-/// What the gyros alone add to the rate about the elevation axis, to first order.
+/// The same about the elevation axis.
 pub(in crate::blind) fn elevation_gyro_scale(unit: &UnitSettings) -> f64 {
-    along(added(unit, ELEVATION_AXIS), ELEVATION_AXIS)
+    scale_error(unit, 1, ELEVATION_AXIS)
+}
+
+/// For an axis, 0 azimuth and 1 elevation, that turns about a direction.
+fn scale_error(unit: &UnitSettings, axis: usize, direction: [f64; 3]) -> f64 {
+    let settings = [&unit.az, &unit.el][axis];
+    let [from_rad, to_rad] = SPINS_RAD[axis];
+    let too_much =
+        (encoder_error_rad(settings, to_rad) - encoder_error_rad(settings, from_rad)) / (to_rad - from_rad);
+    // Warm, as late in a campaign.
+    let of_heat = unit.imu.gyro_scale_per_k_ratio * unit.imu.warm_up_degc;
+    // The encoder loses its slip on the way towards larger angles, and nothing on the way back.
+    along(added(unit, direction), direction) + of_heat - too_much + 0.5 * settings.encoder_slip_ratio
 }
 
 /// Angle between the axis that the gyros show and the one that the mount says at the elevation by the encoder, to first order.
