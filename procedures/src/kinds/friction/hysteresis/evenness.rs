@@ -78,20 +78,23 @@ fn unevenness(finding: &Finding, friction: &Estimate) -> Estimate {
     Estimate { value, u: spread.u, dof: spread.dof, n: friction.n }
 }
 
+/// Share of friction above which a period stands out of the others ...
+const SPOT_SHARE: f64 = 0.01;
+/// ... if it is so many times their scatter, too.
+const SPOT_SCATTERS: f64 = 5.0;
+
 /// Friction by the cogging period, half the difference of both directions.
-struct Periods {
+pub(super) struct Periods {
     /// Mean over each period.
     means: Vec<f64>,
-    /// Mean over the period with the most friction.
+    /// Mean over the period with the most friction, wherever it begins.
     largest: f64,
-    /// Mean over all of them.
-    mean: f64,
     /// Scatter of the means of periods side by side.
     scatter: f64,
 }
 
 impl Periods {
-    fn new(finding: &Finding) -> Self {
+    pub(super) fn new(finding: &Finding) -> Self {
         let count = finding.half_sum.torque_nm.len().max(1);
         let bins = (finding.forward.effort.len() / count).max(1);
         let both = finding.forward.effort.iter().zip(&finding.reverse.effort);
@@ -100,35 +103,28 @@ impl Periods {
         let anywhere = local.windows(bins).map(|window| window.iter().sum::<f64>() / bins as f64);
         Self {
             largest: anywhere.fold(f64::NEG_INFINITY, f64::max),
-            mean: means.iter().sum::<f64>() / means.len().max(1) as f64,
             scatter: deviation_by_median(&means),
             means,
         }
     }
-}
 
-/// Share of friction above which a period stands out of the others ...
-const SPOT_SHARE: f64 = 0.01;
-/// ... if it is so many times their scatter, too.
-const SPOT_SCATTERS: f64 = 5.0;
-
-/// Whether friction is larger at a spot of the strokes. The contact takes z_ss to follow a change of friction along its way, so the
-/// spot lies as much further on in each direction, and half the sum of both directions has its slope left in it.
-pub(super) fn has_spot(finding: &Finding) -> bool {
-    if finding.static_map || finding.half_sum.torque_nm.len() < LEAST_PERIODS {
-        return false;
+    /// Whether friction is larger at a spot of the strokes. The contact takes z_ss to follow a change of friction along its way, so
+    /// the spot lies as much further on in each direction, and half the sum of both directions has its slope left in it.
+    pub(super) fn has_spot(&self, finding: &Finding) -> bool {
+        if finding.static_map || finding.half_sum.torque_nm.len() < LEAST_PERIODS {
+            return false;
+        }
+        let mean = self.means.iter().sum::<f64>() / self.means.len().max(1) as f64;
+        self.largest - mean > (SPOT_SHARE * mean).max(SPOT_SCATTERS * self.scatter)
     }
-    let Periods { largest, mean, scatter, .. } = Periods::new(finding);
-    largest - mean > (SPOT_SHARE * mean).max(SPOT_SCATTERS * scatter)
-}
 
-/// Growth of friction with the angle, per radian: slope of a straight line through the periods; 0 where there is no line.
-pub(super) fn slope_per_rad(finding: &Finding) -> f64 {
-    let angles_rad = finding.half_sum.angle_rad.clone();
-    let means = Periods::new(finding).means;
-    if means.len() != angles_rad.len() {
-        return 0.0;
+    /// Growth of friction with the angle, per radian: slope of a straight line through the periods; 0 where there is no line.
+    pub(super) fn slope_per_rad(&self, finding: &Finding) -> f64 {
+        let angles_rad = &finding.half_sum.angle_rad;
+        if self.means.len() != angles_rad.len() {
+            return 0.0;
+        }
+        let columns = [vec![1.0; angles_rad.len()], angles_rad.clone()];
+        LinearFit::new(&columns, &self.means, None).map_or(0.0, |line| line.coefficients[1])
     }
-    let one = vec![1.0; means.len()];
-    LinearFit::new(&[one, angles_rad], &means, None).map_or(0.0, |line| line.coefficients[1])
 }

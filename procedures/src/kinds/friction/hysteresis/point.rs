@@ -184,8 +184,9 @@ fn sliding_point(case: &Case, record: &Record<'_>, finding: Finding, friction: &
     let [low, high] = finding.unsettled_counts;
     let settled = low..finding.half_sum.torque_nm.len() - high;
     let points_count = finding.forward.effort.len() + finding.reverse.effort.len();
-    let has_spot = evenness::has_spot(&finding);
-    let friction_slope_per_rad = evenness::slope_per_rad(&finding);
+    let periods = evenness::Periods::new(&finding);
+    let has_spot = periods.has_spot(&finding);
+    let friction_slope_per_rad = periods.slope_per_rad(&finding);
     let cogging = finding.spectrum.map(|spectrum| Cogging {
         spectrum,
         rate_lines_rad_per_s: finding.rate_lines_rad_per_s,
