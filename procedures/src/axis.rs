@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use analysis::uncertainty::rectangular_u;
 use serde::{Deserialize, Serialize};
 
 mod axes;
@@ -97,7 +98,7 @@ impl AngleReference {
 }
 
 fn unstated_inertia_u_ratio() -> f64 {
-    0.15 / 3_f64.sqrt()
+    rectangular_u(0.15)
 }
 
 fn unstated_zero_tolerance_rad() -> f64 {

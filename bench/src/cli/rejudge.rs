@@ -4,13 +4,14 @@ use std::path::{Path, PathBuf};
 
 use procedures::campaign::Claim;
 use procedures::requirement::Requirements;
+use rayon::prelude::*;
 use reports::record::{EvidenceRecord, Findings, Results, TitlePage};
 
 use self::differences::Compared;
 use super::{folders, output, record, results, verdicts};
 use crate::exit;
 use crate::files::shipped::{self, Folder};
-use crate::judge::{self, Fold, JudgedLog, Known, Trouble, fold};
+use crate::judge::{self, Fold, JudgedLog, Known, Tried, Trouble, fold};
 use crate::record::durable;
 use crate::record::evidence;
 use crate::record::journal::{self, Entry};
@@ -67,20 +68,28 @@ fn folder(args: &Args) -> Result<Rejudged, u8> {
     })?;
     let (requirements, text) = requirements(args, &page.requirements)?;
     let gone = gone(&args.what);
+    // Logs are judged at the same time, and told of in their order.
+    let tried: Vec<Option<Tried>> = page
+        .procedures
+        .par_iter()
+        .map(|planned| {
+            let path = args.what.join(&planned.log);
+            let is_there = std::fs::symlink_metadata(&path).is_ok();
+            let known = Known::default();
+            is_there
+                .then(|| judge::try_log(judge::judge_log, &path, planned, &requirements, &known, page.seed))
+        })
+        .collect();
     let mut judged = Vec::new();
     let mut troubles = Vec::new();
-    for planned in &page.procedures {
-        let path = args.what.join(&planned.log);
-        if std::fs::symlink_metadata(&path).is_err() {
-            output::note(&format!(
-                "{}: no log; the requirements that need it are inconclusive",
-                path.display()
-            ));
+    for (planned, tried) in page.procedures.iter().zip(tried) {
+        let Some(tried) = tried else {
+            let path = args.what.join(&planned.log);
+            let note = "no log; the requirements that need it are inconclusive";
+            output::note(&format!("{}: {note}", path.display()));
             judged.push(gone.contains(&planned.log).then(|| judge::missing(planned, page.seed)));
             continue;
-        }
-        let tried =
-            judge::try_log(judge::judge_log, &path, planned, &requirements, &Known::default(), page.seed);
+        };
         troubles.extend(tried.trouble);
         judged.push(Some(tried.log));
     }

@@ -14,6 +14,16 @@ impl Component {
     pub fn known(u: f64) -> Self {
         Self { u, dof: f64::INFINITY }
     }
+
+    /// A type B component that is known by its bounds only, this far on either side.
+    pub fn rectangular(half_width: f64) -> Self {
+        Self::known(rectangular_u(half_width))
+    }
+}
+
+/// Standard uncertainty of what lies anywhere within this half-width of its estimate, all places alike (GUM, JCGM 100:2008, 4.3.7).
+pub fn rectangular_u(half_width: f64) -> f64 {
+    half_width / 3_f64.sqrt()
 }
 
 /// Root sum of squares, degrees of freedom by Welch–Satterthwaite (GUM, JCGM 100:2008, G.4).

@@ -1,6 +1,6 @@
 //! What an ampere of an axis is worth: by its rig file, or by a force gauge.
 
-use analysis::uncertainty::{Component, combine};
+use analysis::uncertainty::{Component, combine, rectangular_u};
 
 use super::AxisLimits;
 
@@ -47,7 +47,7 @@ impl MeasuredConstant {
 
     /// The same constant where the heat sink differs by as much as `kelvin` from when it was measured.
     pub fn at_other_temperature(&self, kelvin: f64) -> Self {
-        let drift = Component::known(REMANENCE_PER_K * kelvin.abs() / 3_f64.sqrt());
+        let drift = Component::rectangular(REMANENCE_PER_K * kelvin.abs());
         Self { relative: combine(&[self.relative, drift]), ..self.clone() }
     }
 }
@@ -114,7 +114,7 @@ impl AxisLimits {
         TorqueScale {
             relative: measured.relative,
             measured_at_nm: measured.torque_nm,
-            beyond_per_nm: SATURATION_RATIO / 3_f64.sqrt() / self.max_torque_nm,
+            beyond_per_nm: rectangular_u(SATURATION_RATIO) / self.max_torque_nm,
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::screen::quantum_of;
 use crate::estimate::Estimate;
+use crate::uncertainty::rectangular_u;
 
 /// Numbers that are looked at.
 const MOST_VALUES: usize = 20_000;
@@ -67,7 +68,7 @@ fn refined(sorted: &[f64], least: f64) -> Option<Estimate> {
     let variance = pairs().map(|(v, k)| (v - value * k).powi(2)).sum::<f64>() / (n - 2.0);
     let is_grid = variance.sqrt() <= MOST_OFF_GRID * value;
     is_grid.then(|| {
-        let of_bits = HALF_BIT_RATIO * value / 3.0_f64.sqrt();
+        let of_bits = rectangular_u(HALF_BIT_RATIO * value);
         Estimate { value, u: (variance / spread).sqrt().hypot(of_bits), dof: n - 2.0, n: sorted.len() }
     })
 }

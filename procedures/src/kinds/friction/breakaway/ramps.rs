@@ -3,7 +3,7 @@
 use analysis::breakaway::{FROM_ONSET, Peak, peak};
 use analysis::dwell::{Repeats, mean, squares_about_mean};
 use analysis::presliding::RampFit;
-use analysis::uncertainty::{Component, combine, mean_of_repeats};
+use analysis::uncertainty::{Component, combine, mean_of_repeats, rectangular_u};
 
 use super::findings::{Findings, condition, ramp_plot};
 use super::point::{BreakawayPoint, Ramp, Release, TimeSpan};
@@ -225,7 +225,7 @@ fn stiffness(findings: &Findings<'_>, ramps: &[RampCourse<'_>]) -> Measurement {
     let noise = fitted.iter().map(|(_, f)| f.sigma0_u.powi(2)).sum::<f64>().sqrt() / n as f64;
     let scatter = mean_of_repeats(&values).map_or(Component::known(noise), |(_, c)| c);
     let value = mean(&values);
-    let model = Component::known(value * model_ratio(&fitted) / 3.0_f64.sqrt());
+    let model = Component::rectangular(value * model_ratio(&fitted));
     let spread = combine(&[scatter, model, findings.torque_constant(value)]);
     let mut measurement =
         findings.measurement("bristle-stiffness", Q::Stiffness, value, spread, n, STIFFNESS_ESTIMATOR);
@@ -335,7 +335,7 @@ fn break_away<'a>(
         rate_achieved_a_per_s: rate_nm_per_s.zip(constant).map(|(rate, constant)| rate / constant),
         map_u_nm: findings.map.as_ref().map_or(0.0, |m| m.u_at(course.start_rad + sign * peak.at_rad)),
         inertial_u_nm: at_peak.map_or(0.0, |k| logged.inertia_u_ratio * logged.inertial_nm[k].abs()),
-        timing_u_nm: rate_nm_per_s.unwrap_or(0.0).abs() * logged.sample_s.unwrap_or(0.0) / 3.0_f64.sqrt(),
+        timing_u_nm: rectangular_u(rate_nm_per_s.unwrap_or(0.0).abs() * logged.sample_s.unwrap_or(0.0)),
         span: logged.span,
         peak,
     })

@@ -7,7 +7,7 @@ use analysis::cogging::{Amplitude, Beside, Branch, Harmonic, Settings, Spectrum}
 use analysis::derivative::Differentiator;
 use analysis::estimate::Estimate;
 use analysis::goodness::BY_SCATTER;
-use analysis::uncertainty::{Component, combine};
+use analysis::uncertainty::{Component, combine, rectangular_u};
 
 use super::peak;
 use super::point::{Cogging, Finding, SlidingPoint};
@@ -215,7 +215,7 @@ impl WithSpectrum<'_> {
             ];
         };
         let amplitude = self.estimate(&self.cogging_line(line));
-        let stretched = ENCODER_ERROR_RAD * line.order_per_rev / 3_f64.sqrt();
+        let stretched = rectangular_u(ENCODER_ERROR_RAD * line.order_per_rev);
         let order =
             Estimate { value: line.order_per_rev, u: line.order_u_per_rev.hypot(stretched), ..amplitude };
         let mut order = self.measurement(ORDER, axis, Q::SpatialOrder, order);
@@ -255,7 +255,7 @@ impl WithSpectrum<'_> {
         let kind = self.point.kind;
         let name = if kind == Q::Torque { HARMONIC } else { HARMONIC_CURRENT };
         let estimate = self.estimate(amplitude);
-        let shifted_rad = ENCODER_ERROR_RAD * harmonic.at_order_per_rev / 3_f64.sqrt();
+        let shifted_rad = rectangular_u(ENCODER_ERROR_RAD * harmonic.at_order_per_rev);
         let phase = Estimate {
             value: amplitude.phase_rad,
             u: (amplitude.u / amplitude.amplitude).hypot(shifted_rad),
@@ -291,7 +291,7 @@ impl WithSpectrum<'_> {
         let index = harmonics.iter().position(|h| h.at_order_per_rev == harmonic.at_order_per_rev);
         let rate = index.and_then(|k| self.cogging.rate_lines_rad_per_s.get(k)).copied().unwrap_or_default();
         let left = harmonic.mean.less(self.slope.known * rate.mean);
-        (left, Component::known(self.slope.half_width * rate.largest / 3_f64.sqrt()))
+        (left, Component::rectangular(self.slope.half_width * rate.largest))
     }
 
     fn estimate(&self, amplitude: &Amplitude) -> Estimate {
@@ -299,7 +299,7 @@ impl WithSpectrum<'_> {
         let spread = combine(&[
             Component { u: amplitude.u, dof: amplitude.dof },
             self.point.scale.share(value, self.point.friction_nm()),
-            Component::known(self.cogging.gain_error_ratio * value / 3_f64.sqrt()),
+            Component::rectangular(self.cogging.gain_error_ratio * value),
         ]);
         Estimate { value, u: spread.u, dof: spread.dof, n: self.cogging.points_count }
     }

@@ -6,7 +6,7 @@ use analysis::estimate::Estimate;
 use analysis::goodness::BY_SCATTER;
 use analysis::gravity::{Gravity, MOST_INFLATION, unbalance_of_poses};
 use analysis::stribeck::{LEAST_POINTS, NoCurve, Point, StribeckFit, ViscousLine};
-use analysis::uncertainty::{Component, combine};
+use analysis::uncertainty::{Component, combine, rectangular_u};
 
 use super::cogging;
 use super::pictures::{friction_curve, half_sum, spectrum};
@@ -297,8 +297,8 @@ impl<'a> SeparatingPoint<'a> {
         let whole_nm = stiffness.abs() * (limits.travel_rad[1] - limits.travel_rad[0]);
         let by_direction_nm = (DIRECTION_SHARE * self.point.friction_nm()).min(whole_nm);
         // Where friction grows with the angle, what it differs by in both directions grows, too.
-        let by_slope = DIRECTION_SHARE * self.point.friction_slope_per_rad.abs() / 3_f64.sqrt();
-        let spring_u_nm = found.u_nm.hypot(by_direction_nm / 3_f64.sqrt());
+        let by_slope = rectangular_u(DIRECTION_SHARE * self.point.friction_slope_per_rad.abs());
+        let spring_u_nm = found.u_nm.hypot(rectangular_u(by_direction_nm));
         let mut unbalance = self.value(UNBALANCE, axis, Q::Torque, unbalance_nm.abs(), unbalance_u_nm);
         let mut spring = self.value(SPRING, axis, Q::Torque, found.torque_nm, spring_u_nm);
         for m in [&mut unbalance, &mut spring] {

@@ -68,12 +68,11 @@ const OF_RATE: f64 = 0.1;
 fn unevenness(finding: &Finding, friction: &Estimate) -> Estimate {
     let periods = Periods::new(finding);
     let value = periods.largest / friction.value - 1.0;
-    let rectangular = |half_width: f64| Component::known(half_width / 3_f64.sqrt());
     let dof = (finding.half_sum.torque_nm.len() as f64 - 1.0).max(1.0);
     let spread = combine(&[
         Component { u: periods.scatter / friction.value, dof },
-        rectangular(OF_STROKES),
-        rectangular(OF_RATE * value.abs()),
+        Component::rectangular(OF_STROKES),
+        Component::rectangular(OF_RATE * value.abs()),
     ]);
     Estimate { value, u: spread.u, dof: spread.dof, n: friction.n }
 }

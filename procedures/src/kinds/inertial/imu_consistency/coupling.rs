@@ -71,7 +71,7 @@ const STRUCTURE_RAD: f64 = 2e-6;
 
 fn with_structure(play_rad: Estimate) -> Estimate {
     let own = Component { u: play_rad.u, dof: play_rad.dof };
-    let structure = Component { u: STRUCTURE_RAD / 3.0_f64.sqrt(), dof: f64::INFINITY };
+    let structure = Component::rectangular(STRUCTURE_RAD);
     let both = combine(&[own, structure]);
     Estimate { u: both.u, dof: both.dof, ..play_rad }
 }

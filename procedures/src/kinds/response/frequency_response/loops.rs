@@ -145,7 +145,7 @@ const VARIATION_RATIO: f64 = 0.02;
 fn with_variation(margin_db: Estimate) -> Estimate {
     let half_width_db = 20.0 * (1.0 + VARIATION_RATIO).log10();
     let own = Component { u: margin_db.u, dof: margin_db.dof };
-    let combined = combine(&[own, Component::known(half_width_db / 3_f64.sqrt())]);
+    let combined = combine(&[own, Component::rectangular(half_width_db)]);
     Estimate { u: combined.u, dof: combined.dof, ..margin_db }
 }
 

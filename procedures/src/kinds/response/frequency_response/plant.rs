@@ -6,6 +6,7 @@ use analysis::estimate::Estimate;
 use analysis::frf::Line;
 use analysis::least_squares::LinearFit;
 use analysis::periodic::Distortion;
+use analysis::uncertainty::rectangular_u;
 
 use super::point::{self, Judged, Kept, Point};
 use crate::case::Case;
@@ -263,7 +264,7 @@ fn inertia(axis: &str, lines: &[Line]) -> Result<Measurement, Reason> {
     let mut constant = vec![1.0; stiff.len()];
     let total: f64 = weights.iter().sum();
     let mean = shown.iter().zip(&weights).map(|(j, w)| j * w).sum::<f64>() / total;
-    let known_u = mean * MODES_RATIO.hypot(LATE_RATIO) / 3_f64.sqrt();
+    let known_u = rectangular_u(mean * MODES_RATIO.hypot(LATE_RATIO));
     shown.push(mean * (MODES_RATIO - LATE_RATIO));
     weights.push(known_u.powi(-2));
     rises.push(1.0);
@@ -272,7 +273,7 @@ fn inertia(axis: &str, lines: &[Line]) -> Result<Measurement, Reason> {
     // Lines that scatter more than they should widen it (Birge).
     let value = fit.coefficients[0];
     let scatter_u = (fit.unscaled_covariance[(0, 0)] * fit.residual_variance.max(1.0)).sqrt();
-    let u = scatter_u.hypot(VISCOUS_RATIO / 3_f64.sqrt() * value);
+    let u = scatter_u.hypot(rectangular_u(VISCOUS_RATIO) * value);
     let estimate = Estimate { value, u, dof: fit.dof as f64, n: stiff.len() };
     Ok(Measurement::new(ANGLE_NAMES[0], axis, Q::Inertia, Some(estimate), INERTIA))
 }

@@ -2,6 +2,7 @@
 
 use analysis::estimate::Estimate;
 use analysis::lag::{KnownLag, LagError, Order, Settings, transport_at_known_corner};
+use analysis::uncertainty::rectangular_u;
 
 use super::fit::{Loop, MOST_DELAY_S, SlowResponse, WayOut};
 use super::plan::{Keys, Stage};
@@ -112,7 +113,7 @@ fn count_jitter(conclusion: &mut Conclusion) {
     let (Some(most_s), Some(lag_s)) = (most_s, lag_s) else { return };
     let half_width_s = SMEAR_RATIO * most_s * most_s / lag_s;
     let fits = conclusion.measurements.iter_mut().filter(|m| m.measurand == ROUND_TRIP && m.value.is_some());
-    fits.for_each(|m| m.add_known(half_width_s / 3_f64.sqrt()));
+    fits.for_each(|m| m.add_known(rectangular_u(half_width_s)));
 }
 
 fn named(name: &str, axis: &str, found: Found) -> Measurement {

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use analysis::delay::{Band, Onset, OnsetShape, Step, cross_correlation, step_onset};
 use analysis::estimate::Estimate;
-use analysis::uncertainty::{Component, combine, mean_of_repeats};
+use analysis::uncertainty::{Component, combine, mean_of_repeats, rectangular_u};
 
 use super::conclude::{evidence, measurement, us};
 use super::fit::Columns;
@@ -213,7 +213,7 @@ pub(super) fn analyse_steps(
     }
     let found = onsets(&steps)?;
     let n = steps.len();
-    let grid_s = GRID_RATIO / limits.loop_rate_hz / 3.0_f64.sqrt();
+    let grid_s = rectangular_u(GRID_RATIO / limits.loop_rate_hz);
     let jitter = found.jitter().ok_or(ResponseReason::SingleStep)?;
     // What the shape of single rises is off by may differ from step to step.
     let bound = Component { u: grid_s, dof: f64::INFINITY };

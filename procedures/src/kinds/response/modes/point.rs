@@ -2,6 +2,7 @@
 
 use analysis::estimate::Estimate;
 use analysis::modal::Mode;
+use analysis::uncertainty::rectangular_u;
 
 use super::assign::{Expected, Place};
 use super::fit::{self, Fitted, Responses, SENSORS, participation};
@@ -252,7 +253,7 @@ fn frequency(axis: &str, e: &Expected, fitted: &Fitted, k: usize, elevation_rad:
         Place::Curve(_) => mode.frequency_hz / scale_hz - 1.0,
         Place::Band(_) => mode.frequency_hz,
     };
-    let by_contact_hz = CONTACT_RATIO / 3_f64.sqrt() * mode.frequency_hz;
+    let by_contact_hz = rectangular_u(CONTACT_RATIO) * mode.frequency_hz;
     let measured = estimate(fitted, value, mode.frequency_u_hz.hypot(by_contact_hz) / scale_hz);
     let mut flags = vec![format!("found at {:.3} Hz", mode.frequency_hz)];
     if matches!(e.place, Place::Curve(_)) {

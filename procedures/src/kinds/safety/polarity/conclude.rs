@@ -99,7 +99,7 @@ impl Axis {
         let by_gyro = self.scale_by_gyro.and_then(|scale| inverse(scale, self.inertia_kg_m2));
         let apart = by_gyro.map_or(0.0, |gyro| (gyro.value - by_encoder.value).abs());
         let own = Component { u: by_encoder.u, dof: by_encoder.dof };
-        let spread = combine(&[own, Component::known(apart / 3_f64.sqrt())]);
+        let spread = combine(&[own, Component::rectangular(apart)]);
         Some(Estimate { u: spread.u, dof: spread.dof, ..by_encoder })
     }
 

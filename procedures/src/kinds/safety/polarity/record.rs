@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use analysis::estimate::Estimate;
 use analysis::polarity::{RateResponse, compliance, compliance_cut_short, rate_response, small_motion};
-use analysis::uncertainty::{Component, combine};
+use analysis::uncertainty::{Component, combine, rectangular_u};
 
 use super::plan::{HIGHEST_ORDER, RAMP, SINE, SINE_PERIOD_S};
 use crate::axis::{Axes, AxisLimits};
@@ -130,7 +130,7 @@ fn scale([time, torque, angle]: [&[f64]; 3], limits: &AxisLimits) -> Option<Esti
     let late = 0.5 * LATE_S * found.damping_nm_s_per_rad;
     let inertia = (shown.value - late) / (1.0 + 0.5 * (MODES_RATIO + LOAD_RATIO));
     let value = limits.inertia_kg_m2 / inertia;
-    let rectangular = |half_width_ratio: f64| Component::known(half_width_ratio / 3_f64.sqrt() * value.abs());
+    let rectangular = |half_width_ratio: f64| Component::known(rectangular_u(half_width_ratio) * value.abs());
     let spread = combine(&[
         Component { u: shown.u * (value / inertia).abs(), dof: shown.dof },
         rectangular(0.5 * MODES_RATIO),
