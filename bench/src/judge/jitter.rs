@@ -15,9 +15,14 @@ const JITTER: &str = "transport-jitter";
 const BANDWIDTH: &str = "current-bandwidth";
 /// A smaller share of the bandwidth is not worth a flag.
 const LEAST_SHARE: f64 = 0.01;
+/// Jitter of a delay that nothing of the run has looked at: uniform over 0.2 ms (ours; LAT-JIT allows more, behind which a bandwidth
+/// means little).
+const UNKNOWN_S: f64 = 58e-6;
+const NOT_LOOKED_AT: &str = "the jitter of the delay was not measured on this axis";
 
-/// Adds to bandwidths of the current what jitter takes from them, as far as the latency procedure of the run cannot exclude it. An axis
-/// without one has the largest jitter of the others: its drive is on the same bus.
+/// Adds to bandwidths of the current what jitter takes from them, as far as the latency procedure of the axis cannot exclude it. On an
+/// axis without one it may be the largest that is expected, or that of another axis where this is larger: that another drive on the same
+/// bus does not jitter says nothing (drawn unit 2072 in service: 0 and 53 us).
 ///
 /// A delay with the standard deviation σ multiplies the response by exp(-ω²σ²/2). To first order that lowers the frequency f at which a
 /// lag of first order has lost 3 dB by (2πfσ)² of it, which is the half-width of a rectangular distribution.
@@ -29,11 +34,18 @@ pub(super) fn count_jitter(procedures: &mut [ProcedureFindings], requirements: &
             *own_s = own_s.max(value + m.u);
         }
     }
-    let of_others_s = most_s.values().copied().fold(0.0, f64::max);
+    let unknown_s = most_s.values().copied().fold(UNKNOWN_S, f64::max);
     for procedure in procedures.iter_mut().filter(|p| p.state.is_none()) {
         let mut is_changed = false;
         for m in procedure.measurements.iter_mut().filter(|m| m.measurand == BANDWIDTH) {
-            is_changed |= widen(m, most_s.get(&m.axis).copied().unwrap_or(of_others_s));
+            is_changed |= match most_s.get(&m.axis) {
+                Some(jitter_s) => widen(m, *jitter_s),
+                None => {
+                    let is_wider = widen(m, unknown_s);
+                    m.flags.extend(is_wider.then(|| NOT_LOOKED_AT.to_owned()));
+                    is_wider
+                }
+            };
         }
         if is_changed {
             judge_again(procedure, requirements);
@@ -55,6 +67,7 @@ fn widen(m: &mut Measurement, jitter_s: f64) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use procedures::diagnostic::SourceFile;
     use procedures::quantity::QuantityKind;
 
     use super::*;
@@ -72,6 +85,32 @@ mod tests {
         assert!(widen(&mut m, 61e-6));
         assert!((m.value.expect("of the response") - 1019.5).abs() < 2.0 * m.u, "{m:?}");
         assert!(m.flags[0].starts_with("a delay that jitters by up to 61 us (rms)"), "{:?}", m.flags);
+    }
+
+    /// Drawn unit 2072 in service: azimuth does not jitter, elevation by 53 us (rms), and its 976 Hz read 906 Hz.
+    #[test]
+    fn an_axis_without_a_latency_procedure_is_not_taken_to_jitter_as_little_as_another_one() {
+        let found = |measurements: Vec<Measurement>| {
+            let mut all = [ProcedureFindings { measurements, ..ProcedureFindings::default() }];
+            let text = "schema = 1\n[[requirement]]\nid = 'CUR-BW'\ntext = 't'\nsource = 'ours'\nmethod = 'test'\n\
+                        axes = ['az']\nmeasurand = ['current-bandwidth']\nlimit = '>= 800 Hz'\n";
+            let source = SourceFile::new("requirements.toml", text.to_owned());
+            count_jitter(&mut all, &Requirements::parse(&source).expect("one requirement"));
+            let [found] = all;
+            found.measurements.into_iter().find(|m| m.measurand == BANDWIDTH).expect("it is there")
+        };
+        let jitter = |axis: &str| {
+            let mut m = Measurement::new(JITTER, axis, QuantityKind::Time, None, "any/1");
+            (m.value, m.u) = (Some(0.0), 12e-6);
+            m
+        };
+        let read = || Measurement { value: Some(906.1), ..bandwidth() };
+        let elsewhere = found(vec![jitter("el"), read()]);
+        assert!(elsewhere.flags.iter().any(|flag| flag == NOT_LOOKED_AT), "{elsewhere:?}");
+        assert!(2.0 * elsewhere.u > 976.0 - 906.1, "{elsewhere:?}");
+        let here = found(vec![jitter("az"), read()]);
+        assert!(here.u < 10.0 && here.flags.is_empty(), "{here:?}");
+        assert_eq!(found(vec![read()]), elsewhere, "no axis was looked at");
     }
 
     #[test]

@@ -187,7 +187,7 @@ mod tests {
             }
             DwellLaw::new(&groups, 1.0).expect("five dwells, two repeats")
         };
-        let [straight, bent, another] = [0.0, 1.0, 10.0].map(bent);
+        let [straight, bent, another] = [0.0, 2.0, 10.0].map(bent);
         assert!(bent.goodness.flag().is_some_and(|flag| flag.contains("u widened")), "{bent:?}");
         assert!(bent.slope_u_nm > 1.5 * straight.slope_u_nm && bent.dof == 7.0, "{bent:?} {straight:?}");
         assert!(bent.goodness.check().is_ok() && another.goodness.check().is_err(), "{bent:?} {another:?}");

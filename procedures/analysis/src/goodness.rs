@@ -4,14 +4,15 @@
 //!
 //! *Stated*: every observation has a standard uncertainty, and χ² over its degrees of freedom is 1 on average where the model
 //! describes the observations. Above 1 the model lacks something: it counts as scatter, so that standard uncertainties grow by
-//! the root of χ²/dof. Below a probability of one in a thousand that is flagged. Beyond [`HOPELESS_RATIO`] the model does not
+//! the root of χ²/dof. Below a probability of one in a thousand that is flagged; where the stated variance was itself estimated from
+//! repeats, χ²/dof has the F distribution. Beyond [`HOPELESS_RATIO`], and beyond chance, the model does not
 //! describe what was observed and there is no number, unless the residuals are a small share of it ([`HOPELESS_SHARE`]): where
 //! noise is next to nothing any model misses it, and is good all the same.
 //!
 //! *By its own scatter*: no observation has an uncertainty. The residuals are all there is, the uncertainty follows from them,
 //! nothing can tell whether the model is right, and a flag says so.
 
-use statrs::distribution::{ChiSquared, ContinuousCDF};
+use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 use crate::frf::Line;
 
@@ -133,8 +134,12 @@ impl Goodness {
     /// Whether the residuals are larger than chance makes them.
     pub fn is_misfit(&self) -> bool {
         self.ratio.is_some_and(|ratio| {
-            let law = ChiSquared::new(self.dof);
-            law.map_or(true, |law| law.sf(ratio * self.dof) < LEAST_PROBABILITY)
+            let probability = if self.stated_dof.is_finite() {
+                FisherSnedecor::new(self.dof, self.stated_dof).map(|law| law.sf(ratio)).ok()
+            } else {
+                ChiSquared::new(self.dof).map(|law| law.sf(ratio * self.dof)).ok()
+            };
+            probability.is_none_or(|p| p < LEAST_PROBABILITY)
         })
     }
 
@@ -143,7 +148,9 @@ impl Goodness {
     pub fn check(&self) -> Result<(), Hopeless> {
         match self.ratio {
             Some(ratio) if ratio.is_nan() => Err(Hopeless { ratio }),
-            Some(ratio) if ratio > HOPELESS_RATIO && self.share > HOPELESS_SHARE => Err(Hopeless { ratio }),
+            Some(ratio) if ratio > HOPELESS_RATIO && self.share > HOPELESS_SHARE && self.is_misfit() => {
+                Err(Hopeless { ratio })
+            }
             _ => Ok(()),
         }
     }
@@ -165,6 +172,24 @@ impl Goodness {
 mod tests {
     use super::*;
     use crate::frf::C64;
+    use crate::synthetic_noise::gaussian;
+
+    /// 4000 seeds of a right model whose variance is known from six repeats: four flags are expected, twelve or more have a
+    /// probability of 0.1 %. Taken for exact, such variances flag 221.
+    #[test]
+    fn a_variance_from_few_repeats_flags_no_more_right_models_than_a_known_one() {
+        let mut noise = gaussian(1);
+        let mut mean_square =
+            |count: u32| (0..count).map(|_| noise().powi(2)).sum::<f64>() / f64::from(count);
+        let count = (0..4000)
+            .map(|_| mean_square(5) / mean_square(6))
+            .filter(|&reduced| Goodness::of_known(reduced, 5).stated_with(6.0).is_misfit())
+            .count();
+        assert!((1..12).contains(&count), "{count} of 4000");
+        // With two repeats chance explains residuals of five times their scatter; with fifty nothing does.
+        assert!(Goodness::of_known(25.0, 5).stated_with(2.0).check().is_ok());
+        assert!(Goodness::of_known(25.0, 5).stated_with(50.0).check().is_err());
+    }
 
     #[test]
     fn scatter_within_what_is_stated_leaves_it_and_beyond_widens_and_says_so() {
@@ -173,8 +198,11 @@ mod tests {
         // By chance χ²/20 exceeds 2.27 once in a thousand.
         let by_chance = Goodness::of_known(2.2, 20);
         assert!(!by_chance.is_misfit() && (by_chance.widening() - 2.2_f64.sqrt()).abs() < 1e-12);
-        let beyond = Goodness::of_known(2.3, 20).stated_with(50.0);
+        let beyond = Goodness::of_known(2.3, 20);
         assert!(beyond.is_misfit() && beyond.dof() == 20.0 && beyond.check().is_ok());
+        // The same for F with 20 and 50 degrees of freedom: between 2.83 (60) and 3.15 (40) by the tables.
+        let is_beyond = |ratio: f64| Goodness::of_known(ratio, 20).stated_with(50.0).is_misfit();
+        assert!(!is_beyond(2.83) && is_beyond(3.15));
         assert!(beyond.flag().is_some_and(|flag| flag.contains("chi2/dof 2.3")));
     }
 

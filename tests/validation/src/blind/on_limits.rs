@@ -21,7 +21,7 @@ const FRICTION_NM: [f64; 2] = [260.0, 130.0];
 const STEP_S: f64 = 50e-6;
 
 /// Procedures of `quick` that look at what is set.
-pub const PROCEDURES: [&str; 12] = [
+pub const PROCEDURES: [&str; 13] = [
     "AZ-TORQUE-CONSTANT",
     "AZ-FRICTION",
     "EL-TORQUE-CONSTANT",
@@ -32,6 +32,7 @@ pub const PROCEDURES: [&str; 12] = [
     "IMU-CONSISTENCY",
     "IMU-NOISE",
     "AZ-LATENCY",
+    "EL-LATENCY",
     "AZ-COARSE-LATENCY",
     "EL-COARSE-LATENCY",
 ];

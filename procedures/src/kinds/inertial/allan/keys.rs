@@ -82,6 +82,10 @@ const CREEP_RAD: f64 = 50e-6;
 const CREEP_S: f64 = 10.0;
 /// The creep reaches its velocity within this time.
 const RISE_S: f64 = 1.0;
+/// The way to where the creep begins: friction and play leave an axis that came to its pose some 60 urad beside it, which is more than
+/// the creep is long.
+const APPROACH: ProfileLimits =
+    ProfileLimits { velocity_rad_per_s: 1e-3, acceleration_rad_per_s2: 1e-2, jerk_rad_per_s3: 1e-1 };
 
 pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
     gimbal_for("allan", axes)?;
@@ -95,7 +99,8 @@ pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Ve
         return Err(mistakes);
     }
     let still = Segment { then: Then::Stop, ..Segment::hold(STILL, Mode::Position, keys.duration_s) };
-    let rest = case(keys, axes, axis, STILL.to_owned(), still);
+    let settle = Segment::hold(SETTLE, Mode::Position, SETTLE_S);
+    let rest = case(keys, axes, axis, STILL.to_owned(), vec![settle, still]);
     let pose_rad = pose(keys, axes);
     let pose = |name: &str| pose_rad.get(name).copied().unwrap_or(0.0);
     let creeps =
@@ -112,27 +117,33 @@ fn pose(keys: &Keys, axes: &Axes) -> BTreeMap<String, f64> {
     positioned::poses(axes, [keys.azimuth_rad, keys.elevation_rad])
 }
 
-fn case(keys: &Keys, axes: &Axes, axis: &str, point: String, last: Segment) -> Case {
+fn case(keys: &Keys, axes: &Axes, axis: &str, point: String, segments: Vec<Segment>) -> Case {
     Case {
         point,
         axis: axis.to_owned(),
         start_pose_rad: pose(keys, axes),
-        segments: vec![Segment::hold(SETTLE, Mode::Position, SETTLE_S), last],
+        segments,
         logs_payload_fully: true,
         ..Case::default()
     }
 }
 
-fn creep(from_rad: f64) -> Segment {
+/// To the pose, and from there over a few counts a row.
+fn creep(from_rad: f64) -> Vec<Segment> {
+    let settle = Segment {
+        stimulus: Stimulus::Move { target_rad: from_rad, limits: APPROACH },
+        ..Segment::hold(SETTLE, Mode::Position, SETTLE_S)
+    };
     let velocity = CREEP_RAD / CREEP_S;
     let limits = ProfileLimits {
         velocity_rad_per_s: velocity,
         acceleration_rad_per_s2: velocity / RISE_S,
         jerk_rad_per_s3: velocity / RISE_S / RISE_S,
     };
-    Segment {
+    let creep = Segment {
         stimulus: Stimulus::Move { target_rad: from_rad + CREEP_RAD, limits },
         then: Then::Stop,
         ..Segment::hold(CREEP, Mode::Position, CREEP_S + 4.0 * RISE_S)
-    }
+    };
+    vec![settle, creep]
 }

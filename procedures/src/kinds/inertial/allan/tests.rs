@@ -5,6 +5,7 @@ use crate::kinds::inertial::{body_rates, earth_rates};
 use crate::log::{EndedBy, SegmentSpan};
 use crate::measurement::{Bound, Measurement};
 use crate::reason::Reason;
+use crate::stimulus::Stimulus;
 use crate::synthetic::{self, Random};
 
 const DEG_PER_H: f64 = std::f64::consts::PI / 180.0 / 3600.0;
@@ -276,6 +277,16 @@ fn the_plan_stands_still_and_creeps_inside_its_limits() {
     assert_eq!(cases[0].planned_s(), keys().duration_s + 2.0);
     let reach = cases[2].envelope();
     assert!(reach.position_rad[1] - reach.position_rad[0] < 101e-6, "{reach:?}");
+    // An axis that came to its pose may stand 60 urad beside it: on drawn unit 2040 that was where the creep was to end.
+    for case in &cases[1..] {
+        let begins = &case.segments[0].stimulus;
+        let pose_rad = case.start_pose_rad[&case.axis];
+        assert!(
+            matches!(begins, Stimulus::Move { target_rad, .. } if *target_rad == pose_rad),
+            "{}: {begins:?}",
+            case.point
+        );
+    }
     let unknown = Keys { creep: vec!["roll".to_owned()], ..keys() }.plan("az", &axes());
     assert_eq!(unknown.expect_err("no such axis").len(), 1);
 }

@@ -73,6 +73,13 @@ pub(super) fn apparent_inertia_kg_m2(m: &Measurement, unit: &UnitSettings) -> Op
     Some(own.inertia_kg_m2 / gain * RIG_NM_PER_A[place(m)?] / own.torque_constant_nm_per_a)
 }
 
+/// Late in a campaign the motor is warm, and an ampere worth less.
+pub(super) fn warm_apparent_inertia_kg_m2(m: &Measurement, unit: &UnitSettings) -> Option<f64> {
+    let own = axis(m, unit)?;
+    let of_heat = own.torque_constant_per_k_ratio * own.warm_up_degc;
+    Some(apparent_inertia_kg_m2(m, unit)? / (1.0 + of_heat))
+}
+
 /// Up to here a ramp is looked at, in static torques over bristle stiffness.
 const BREAKAWAY_SPAN: f64 = 8.0;
 /// Step of a ramp: a thousandth of the time that it takes to reach the static torque, and not more than this.
