@@ -5,6 +5,7 @@ use analysis::allan::{
 };
 use analysis::estimate::Estimate;
 use analysis::peaks::peak_ratio;
+use analysis::uncertainty::rectangular_u;
 
 use super::keys::{Keys, STILL};
 use super::{BIAS, INSTABILITY, PEAK, RATE_WALK, WALK, step};
@@ -17,7 +18,7 @@ use crate::quantity::QuantityKind as Q;
 use crate::reason::{InertialReason, Reason, readable};
 use crate::trace::{Mark, Note, Plot, Scale, Series, Style};
 
-const ESTIMATOR: &str = "allan-gls/2";
+const ESTIMATOR: &str = "allan-gls/3";
 const PEAK_ESTIMATOR: &str = "peak-over-noise/1";
 /// A quantum above this part of the noise of a sample is flagged.
 const COARSE_RATIO: f64 = 0.1;
@@ -34,10 +35,18 @@ const STRUCTURE_U_RATIO: f64 = 0.023;
 pub(super) struct Found {
     pub(super) points: Vec<Bounded>,
     pub(super) fit: NoiseFit,
-    /// What motion of the structure adds to the relative uncertainty of the random walk.
+    /// What motion of structure and axes adds to the relative uncertainty of the random walk.
     structure_u_ratio: f64,
     flags: Vec<String>,
     n: usize,
+}
+
+/// The five noises, and what they rest on.
+struct Fitted {
+    fit: NoiseFit,
+    structure_u_ratio: f64,
+    /// Shortest average that was fitted.
+    shortest_s: f64,
 }
 
 pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> PointResult {
@@ -119,23 +128,51 @@ fn gyro_noise(samples: &Samples, index: usize) -> Result<Found, Reason> {
     let series = allan::Series::from_rate(&rate, samples.period_s)?;
     let factors = series.factors(Spacing::Octave, Statistic::Oadev);
     let points = bounded(&series, Statistic::Oadev, &factors)?;
-    let (fit, structure_u_ratio) = fitted(&points, series.rates(), samples.period_s)?;
-    let flags = flags(samples, index, &rate, &fit);
+    let Fitted { fit, structure_u_ratio, shortest_s } = fitted(&points, series.rates(), samples.period_s)?;
+    let mut flags = flags(samples, index, &rate, &fit);
+    if shortest_s > SHORTEST_S {
+        flags.push(format!(
+            "averages of less than {shortest_s:.1} s hold motion that the encoders do not show, and are left out"
+        ));
+    }
     Ok(Found { points, fit, structure_u_ratio, flags, n: series.rates() })
 }
 
 /// The noises by averages that structure and filters do not reach, where the record is long enough for that; else by all averages,
 /// with what those may add to the random walk.
-fn fitted(points: &[Bounded], rates: usize, period_s: f64) -> Result<(NoiseFit, f64), Reason> {
+///
+/// Where the noises do not describe those averages, the shortest of them are left out until they do: an axis that its loop moves within
+/// the play of an encoder turns with the noise of the gyro, and nothing shows how far. What the next longer start makes of the walk
+/// counts in its uncertainty.
+fn fitted(points: &[Bounded], rates: usize, period_s: f64) -> Result<Fitted, Reason> {
     let all: Vec<Deviation> = points.iter().map(|p| p.at).collect();
-    let long: Vec<Deviation> = all.iter().copied().filter(|at| at.tau_s >= SHORTEST_S).collect();
-    if let Ok(found) = fit(&long, rates, period_s) {
-        let walk = found.random_walk();
-        if walk.is_determined && walk.u <= STRUCTURE_U_RATIO * walk.value {
-            return Ok((found, 0.0));
+    let from = |shortest_s: f64| {
+        let some: Vec<Deviation> = all.iter().copied().filter(|at| at.tau_s >= shortest_s).collect();
+        fit(&some, rates, period_s).ok()
+    };
+    let is_sharp = |walk: NoiseTerm| walk.is_determined && walk.u <= STRUCTURE_U_RATIO * walk.value;
+    let misfit = match from(SHORTEST_S) {
+        Some(fit) if fit.goodness.is_misfit() => fit.goodness,
+        Some(fit) if is_sharp(fit.random_walk()) => {
+            return Ok(Fitted { fit, structure_u_ratio: 0.0, shortest_s: SHORTEST_S });
         }
+        _ => {
+            let fit = fit(&all, rates, period_s)?;
+            return Ok(Fitted { fit, structure_u_ratio: STRUCTURE_U_RATIO, shortest_s: period_s });
+        }
+    };
+    let mut shortest_s = 2.0 * SHORTEST_S;
+    while let Some(fit) = from(shortest_s) {
+        let walk = fit.random_walk();
+        if walk.is_determined && !fit.goodness.is_misfit() {
+            let next =
+                from(2.0 * shortest_s).map(|next| next.random_walk()).filter(|next| next.is_determined);
+            let apart = next.map_or(0.0, |next| (next.value / walk.value - 1.0).abs());
+            return Ok(Fitted { fit, structure_u_ratio: rectangular_u(apart), shortest_s });
+        }
+        shortest_s *= 2.0;
     }
-    Ok((fit(&all, rates, period_s)?, STRUCTURE_U_RATIO))
+    Err(InertialReason::NoNoises { misfit_ratio: misfit.ratio().unwrap_or(f64::INFINITY) }.into())
 }
 
 fn flags(samples: &Samples, index: usize, rate: &[f64], fit: &NoiseFit) -> Vec<String> {
