@@ -9,9 +9,17 @@ fn four_drawn_units_show_friction_loads_and_constants_within_twice_their_uncerta
     let asked = Asked {
         program: env!("CARGO_BIN_EXE_bench").into(),
         campaign: "quick".to_owned(),
-        select: ["AZ-TORQUE-CONSTANT", "AZ-FRICTION", "EL-FRICTION", "AZ-LATENCY", "FSM-IMPEDANCE"]
-            .map(str::to_owned)
-            .into(),
+        select: [
+            "AZ-TORQUE-CONSTANT",
+            "EL-TORQUE-CONSTANT",
+            "AZ-FRICTION",
+            "EL-FRICTION",
+            "AZ-LATENCY",
+            "FSM-IMPEDANCE",
+            "IMU-CONSISTENCY",
+        ]
+        .map(str::to_owned)
+        .into(),
         units: Units::Drawn,
     };
     let units: Vec<Unit> = (101..105_u32).into_par_iter().map(|number| measured(&asked, number)).collect();

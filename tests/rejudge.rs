@@ -97,10 +97,24 @@ fn rejudging_writes_nothing_unasked_gives_the_same_findings_and_a_changed_limit_
     let said = run_in(at, &["rejudge", "run/AZ-BREAKAWAY.mcap", "--out", "again"]);
     assert_eq!(said.code, 3, "{}\n{}", said.out, said.err);
     assert!(at.join("again/report.html").is_file());
+    // Its torques are as uncertain as in the run, where no log measured an inertia either: that of the rig file counts.
+    let [alone, of_run] = ["again", "run"].map(|name| az_breakaways(&at.join(name)));
+    assert!(alone.len() >= 4, "{alone:?}");
+    assert_eq!(alone, of_run);
     a_word_changed_in_the_title_page_does_not_make_a_simulated_run_real(at);
 }
 
 /// Names of what is in a folder.
+/// Point, value and standard uncertainty of every breakaway of azimuth.
+fn az_breakaways(run: &Path) -> Vec<(String, [Option<f64>; 2])> {
+    let found: serde_json::Value = serde_json::from_str(&findings(run)).expect("findings are JSON");
+    let procedures = found["procedures"].as_array().expect("procedures");
+    let procedures = procedures.iter().filter(|p| p["id"] == "AZ-BREAKAWAY");
+    let all = procedures.flat_map(|p| p["measurements"].as_array().cloned().unwrap_or_default());
+    let one = |m: serde_json::Value| (m["point"].to_string(), [m["value"].as_f64(), m["u"].as_f64()]);
+    all.filter(|m| m["measurand"] == "breakaway-torque").map(one).collect()
+}
+
 fn files(folder: &Path) -> Vec<std::path::PathBuf> {
     let all = std::fs::read_dir(folder).expect("a run folder");
     let mut names: Vec<_> = all.map(|e| e.expect("readable").path()).collect();

@@ -1,5 +1,7 @@
 //! Verdicts of the quick campaign: the nominal unit passes, a planted defect fails, and only where it must.
 
+use std::path::Path;
+
 use crate::bench::{folder, run_in, verdict};
 
 const MUST_MEASURE: [&str; 13] = [
@@ -27,6 +29,7 @@ fn nominal_unit_passes_the_quick_campaign_and_a_missing_log_takes_the_pass_from_
     for id in MUST_MEASURE {
         assert_eq!(verdict(&run, id), "pass", "{id}\n{}", said.out);
     }
+    insta::assert_snapshot!("quick_looks_at_in_part", looked_at_in_part(&run));
     for file in [
         "run.json",
         "journal.jsonl",
@@ -51,6 +54,18 @@ fn nominal_unit_passes_the_quick_campaign_and_a_missing_log_takes_the_pass_from_
         case.is_some_and(|case| case.contains("<error type=\"inconclusive\"")),
         "red beats silent: {junit}"
     );
+}
+
+/// The headline of a run and the requirements that it covers in part only, a line each.
+fn looked_at_in_part(run: &Path) -> String {
+    let results = std::fs::read_to_string(run.join("results.json")).expect("a run folder with results");
+    let results: serde_json::Value = serde_json::from_str(&results).expect("results are JSON");
+    let outcomes = results["findings"]["outcomes"].as_array().expect("outcomes").clone();
+    let screened = outcomes.iter().filter(|o| o["verdict"] == "screened");
+    let ids: Vec<&str> = screened.filter_map(|o| o["requirement"].as_str()).collect();
+    let report = std::fs::read_to_string(run.join("report.md")).expect("a report");
+    let headline = report.lines().find(|line| line.contains("SCREENING")).expect("a headline");
+    format!("{headline}\n{}", ids.join("\n"))
 }
 
 /// What measures these requirements, instead of everything.

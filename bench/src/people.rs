@@ -3,8 +3,7 @@
 //! Beside that, what people are told ([`event`], [`console`]), what they order ([`signals`]), what a run holds against others
 //! ([`lock`]), and the look at a rig after a run was lost ([`inspect`]).
 //!
-//! External controllers, fault and capture middleware and `drill` do not exist yet; each gets its row in
-//! [`RULES`] when it comes.
+//! What else must not meet a real device gets its row in [`RULES`] when it comes.
 
 use std::collections::BTreeMap;
 

@@ -147,8 +147,9 @@ fn single(args: &Args) -> Result<Rejudged, u8> {
     let (requirements, text) = requirements(args, &kept)?;
     let judged = judge_one(path, &file, &requirements)?;
     let page = page_of(&judged, &file, kept);
-    // No other log has found anything.
-    let by = Fold { page: &page, requirements: &requirements, requirements_text: &text, folder: None };
+    // No other log has found anything: torques rest on the constants and inertias of the rig, with their uncertainties.
+    let folder = Some(path.parent().unwrap_or_else(|| Path::new("")));
+    let by = Fold { page: &page, requirements: &requirements, requirements_text: &text, folder };
     let troubles = judged.damage.clone().map(Trouble::Damaged).into_iter().collect();
     let findings = fold(&by, &[Some(judged)]);
     Ok(Rejudged { findings, must_measure: false, troubles, before: None, evidence: None })

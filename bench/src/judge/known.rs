@@ -28,6 +28,9 @@ const PULLED: &str = "pulled-friction-torque";
 /// The inertia counts in a torque that changes by more than this part of its standard uncertainty where the inertia is one
 /// standard uncertainty larger.
 const INERTIA_COUNTS: f64 = 0.1;
+/// How far the temperatures of a motor may lie apart, K, where a log does not say: from a cabinet at 40 °C to the 60 °C at which the
+/// gates of the shipped procedures close.
+const UNKNOWN_KELVIN: f64 = 20.0;
 
 /// Least and greatest temperature of the heat sink of each axis in a log, °C.
 pub type HeatSinks = BTreeMap<String, [f64; 2]>;
@@ -73,7 +76,7 @@ impl Known {
         for (axis, found) in &mut known.constants {
             let kelvin = match (found.heat_sink_degc, heat_sinks_degc.get(axis)) {
                 (Some([low, high]), Some([least, greatest])) => (greatest - low).max(high - least).max(0.0),
-                _ => 0.0,
+                _ => UNKNOWN_KELVIN,
             };
             found.constant = found.constant.at_other_temperature(kelvin);
         }
@@ -260,11 +263,15 @@ fn add_inertia(log: &mut JudgedLog, other: &JudgedLog, inertias: &Inertias, requ
 #[cfg(test)]
 mod tests {
     use procedures::case::{Mode, Segment};
+    use procedures::diagnostic::SourceFile;
+    use procedures::measurement::{Estimate, Evidence};
     use procedures::stimulus::ProfileLimits;
 
     use super::*;
     use crate::files::rig::read_rig;
     use crate::files::shipped::{self, Folder};
+    use crate::judge::missing;
+    use crate::record::page::PlannedLog;
 
     const LIMITS: ProfileLimits =
         ProfileLimits { velocity_rad_per_s: 0.1, acceleration_rad_per_s2: 1.0, jerk_rad_per_s3: 10.0 };
@@ -325,9 +332,77 @@ mod tests {
             let heat_sinks = range.map(|range| ("az".to_owned(), range)).into_iter().collect();
             known.at(&heat_sinks).constants["az"].constant.u_ratio()
         };
-        assert_eq!(u_ratio(None), 0.003);
+        // Where the log does not say, 20 K: 2.4 %, rectangular.
+        assert!((u_ratio(None) - 0.003_f64.hypot(0.024 / 3_f64.sqrt())).abs() < 1e-12, "{}", u_ratio(None));
         // 10 K are 1.2 %, rectangular.
         let warm = u_ratio(Some([45.0, 50.0]));
         assert!((warm - 0.003_f64.hypot(0.012 / 3_f64.sqrt())).abs() < 1e-6, "{warm}");
+    }
+
+    fn log(id: &str, kind: &str, measurements: Vec<Measurement>) -> JudgedLog {
+        let planned = PlannedLog {
+            id: id.to_owned(),
+            title: String::new(),
+            kind: kind.to_owned(),
+            axis: "az".to_owned(),
+            log: format!("{id}.mcap"),
+            yields: Vec::new(),
+            closes_loops: false,
+            stage: None,
+            state: None,
+            planned_s: None,
+        };
+        let mut log = missing(&planned, 1);
+        log.findings.measurements = measurements;
+        log
+    }
+
+    /// A torque told from a current, N·m, with a standard uncertainty of 2.
+    fn torque(measurand: &str, kind: QuantityKind, value: f64) -> Measurement {
+        let estimate = Estimate { value, u: 2.0, dof: 50.0, n: 51 };
+        let channels = vec!["/az current_a".to_owned()];
+        let evidence = vec![Evidence::new(channels, [0.0, 1.0])];
+        Measurement { evidence, ..Measurement::new(measurand, "az", kind, Some(estimate), "e/1") }
+    }
+
+    fn requirements() -> Requirements {
+        let text = "schema = 1\n[[requirement]]\nid = 'FRC-AZ'\ntext = 't'\nsource = 's'\nmethod = 'test'\n\
+                    measurand = ['friction-torque']\naxis = 'az'\nlimit = '<= 260 N*m'\n";
+        let source = SourceFile { name: "r.toml".to_owned(), text: text.to_owned() };
+        Requirements::parse(&source).expect("right")
+    }
+
+    #[test]
+    fn a_torque_is_as_uncertain_as_the_inertia_makes_it_that_was_taken_off() {
+        let friction =
+            |nm| log("AZ-FRICTION", "hysteresis", vec![torque("friction-torque", QuantityKind::Torque, nm)]);
+        // One standard uncertainty of the inertia takes another 6 N·m off.
+        let again = |_: usize, known: &Known| Some(friction(if known.more_inertia { 194.0 } else { 200.0 }));
+        let settled = settled(&[Some(friction(200.0))], &again, &requirements());
+        let found = &settled.logs[0].as_ref().expect("it was judged").findings.measurements[0];
+        assert_eq!(found.value, Some(200.0));
+        assert!((found.u - 2_f64.hypot(6.0)).abs() < 1e-12, "{}", found.u);
+    }
+
+    #[test]
+    fn a_report_says_that_friction_by_gauge_and_by_current_are_one_measurement() {
+        let friction =
+            log("AZ-FRICTION", "hysteresis", vec![torque("friction-torque", QuantityKind::Torque, 200.0)]);
+        let gauge = log(
+            "AZ-TORQUE-CONSTANT",
+            signs::TORQUE_CONSTANT,
+            vec![
+                torque(CONSTANT, QuantityKind::TorqueConstant, 60.0),
+                torque(PULLED, QuantityKind::Torque, 219.0),
+            ],
+        );
+        let again = |_: usize, _: &Known| Some(friction.clone());
+        // The gauge comes after what it corrects.
+        let settled = settled(&[Some(friction.clone()), Some(gauge)], &again, &requirements());
+        assert_eq!(settled.sources_of_constants["az"], "AZ-TORQUE-CONSTANT");
+        let remarks =
+            |index: usize| settled.logs[index].as_ref().expect("it was judged").findings.remarks.join("\n");
+        assert!(remarks(0).contains("one measurement, not two that confirm each other"), "{}", remarks(0));
+        assert!(!remarks(1).contains("one measurement"), "it says so of what rests on it: {}", remarks(1));
     }
 }

@@ -2,7 +2,9 @@
 
 use std::f64::consts::TAU;
 
+use procedures::case::Segment;
 use procedures::quantity::QuantityKind;
+use procedures::stimulus::Stimulus;
 
 use super::PlannedProcedure;
 use crate::model::rig::Rig;
@@ -23,22 +25,38 @@ fn sweep(planned: &PlannedProcedure, rig: &Rig) -> Option<String> {
     let own =
         if axis.carried_by.is_some() { &["pose", "target", "elevation"][..] } else { &["pose", "target"] };
     let period_rad = TAU / axis.limits.cogging_orders_per_rev;
-    let mut places = own.iter().map(|name| (name, places_rad(planned, name)));
-    let (name, places_rad) = places.find(|(_, places_rad)| is_one_phase(places_rad, period_rad))?;
+    let swept = own.iter().map(|name| (format!("values of `{name}`"), places_rad(planned, name)));
+    let moved = std::iter::once(("places that it moves to".to_owned(), ends_rad(planned)));
+    let (name, places_rad) =
+        swept.chain(moved).find(|(_, places_rad)| is_one_phase(places_rad, period_rad))?;
     Some(format!(
-        "{}: all {} values of `{name}` lie at the same phase of the cogging (period {}); results that \
-         depend on the phase are valid there alone",
+        "{}: all {} {name} lie at the same phase of the cogging (period {}); results that depend on the \
+         phase are valid there alone",
         procedure.id,
         places_rad.len(),
         QuantityKind::Angle.format(period_rad)
     ))
 }
 
+/// Distinct places at which an axis rests after a move within a point, such as cues and the targets of an accuracy test.
+fn ends_rad(planned: &PlannedProcedure) -> Vec<f64> {
+    let end_rad = |segment: &Segment| match segment.stimulus {
+        Stimulus::Move { target_rad, .. } | Stimulus::Step { target_rad } => Some(target_rad),
+        _ => None,
+    };
+    let pairs = planned.cases.iter().flat_map(|case| case.segments.windows(2));
+    let rests = pairs.filter(|pair| end_rad(&pair[1]).is_none());
+    distinct(rests.filter_map(|pair| end_rad(&pair[0])).collect())
+}
+
 /// Distinct values of a condition over the points, with the offsets of points about a pose.
 fn places_rad(planned: &PlannedProcedure, name: &str) -> Vec<f64> {
     let place =
         |case: &procedures::case::Case| Some(case.requested(name)? + case.requested("offset").unwrap_or(0.0));
-    let mut all: Vec<f64> = planned.cases.iter().filter_map(place).collect();
+    distinct(planned.cases.iter().filter_map(place).collect())
+}
+
+fn distinct(mut all: Vec<f64>) -> Vec<f64> {
     all.sort_by(f64::total_cmp);
     all.dedup();
     all
@@ -75,6 +93,10 @@ mod tests {
         let plan = plan(&wanted, &rig).expect("the campaign is right");
         let told = one_phase(&plan.procedures, &rig);
         assert!(told.iter().any(|text| text.starts_with("EL-STATIC: all 5 values of `pose`")), "{told:?}");
+        // Places within a point: the faces of the polygons are whole periods of azimuth apart, 2.5 deg each, and so are its cues.
+        for moved in ["AZ-ACCURACY: all 10 places", "AZ-CUE: all 4 places"] {
+            assert!(told.iter().any(|text| text.starts_with(moved)), "{moved}: {told:?}");
+        }
         assert!(!told.iter().any(|text| text.starts_with("EL-HOLD")), "{told:?}");
     }
 }

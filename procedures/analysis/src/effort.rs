@@ -38,8 +38,6 @@ pub struct Effort {
     pub position_rad: Vec<f64>,
     /// Velocity, rad/s.
     pub velocity_rad_per_s: Vec<f64>,
-    /// Torque that accelerates the axis, J·α, N·m.
-    pub inertial_nm: Vec<f64>,
     /// F̂ = T_m − J·α, N·m.
     pub effort_nm: Vec<f64>,
 }
@@ -78,14 +76,12 @@ impl Effort {
         };
         let position = block_means(&rows.column(position_rad), block);
         let [velocity, acceleration] = derivatives(&position).ok_or(NoEffort::TooFewRows)?;
-        let inertial: Vec<f64> = acceleration.iter().map(|a| inertia_kg_m2 * a).collect();
         let torque = block_means(&rows.column(torque_nm), block);
         Ok(Self {
             time_s: block_means(rows.time_s(), block),
             position_rad: position,
             velocity_rad_per_s: velocity,
-            effort_nm: torque.iter().zip(&inertial).map(|(t, i)| t - i).collect(),
-            inertial_nm: inertial,
+            effort_nm: torque.iter().zip(&acceleration).map(|(t, a)| t - inertia_kg_m2 * a).collect(),
         })
     }
 }

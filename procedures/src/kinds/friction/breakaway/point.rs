@@ -77,10 +77,6 @@ pub(super) struct Ramp {
     pub(super) time_s: Vec<f64>,
     pub(super) position_rad: Vec<f64>,
     pub(super) effort_nm: Vec<f64>,
-    /// Torque that accelerates the axis.
-    pub(super) inertial_nm: Vec<f64>,
-    /// Relative standard uncertainty of the inertia where the point is.
-    pub(super) inertia_u_ratio: f64,
     pub(super) span: TimeSpan,
     /// Mean angle just before the ramp.
     pub(super) start_rad: f64,
@@ -286,8 +282,6 @@ impl<'a> Columns<'a> {
             time_s: effort.time_s,
             position_rad: effort.position_rad,
             effort_nm: effort.effort_nm,
-            inertial_nm: effort.inertial_nm,
-            inertia_u_ratio: self.limits.inertia_u_ratio,
             span: span.into(),
             start_rad: self.rest_position(span.start_s)?,
             rate_nm_per_s: self.torque_rate(span),

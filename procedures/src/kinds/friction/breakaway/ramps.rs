@@ -18,7 +18,7 @@ const REST_FACTOR: f64 = 0.05;
 /// Estimator and version of bristle stiffness.
 const STIFFNESS_ESTIMATOR: &str = "presliding-exponential/2";
 /// Estimator and version of breakaway torques.
-const BREAKAWAY_ESTIMATOR: &str = "breakaway-peak/3";
+const BREAKAWAY_ESTIMATOR: &str = "breakaway-peak/4";
 
 /// Torque over displacement, both in the direction of the motion, load taken off.
 #[derive(Clone, Debug)]
@@ -269,8 +269,6 @@ pub(super) struct Broken<'a> {
     rate_achieved_a_per_s: Option<f64>,
     pub(super) peak: Peak,
     map_u_nm: f64,
-    /// Standard uncertainty of the torque that accelerates the axis where the maximum lies.
-    inertial_u_nm: f64,
     /// What a row that is late or early by up to one sample makes of the torque, as a standard uncertainty.
     timing_u_nm: f64,
     pub(super) span: TimeSpan,
@@ -325,7 +323,6 @@ fn break_away<'a>(
     let sign = course.direction.ratio();
     let rate_nm_per_s = logged.rate_nm_per_s.map(|rate| sign * rate);
     let constant = findings.limits.torque_constant();
-    let at_peak = course.x_rad.iter().position(|&x| x >= peak.at_rad);
     Ok(Broken {
         case: ramp.case,
         direction: course.direction,
@@ -334,22 +331,21 @@ fn break_away<'a>(
         rest_s: course.rest_s(logged, contact.z_ss_rad, &peak),
         rate_achieved_a_per_s: rate_nm_per_s.zip(constant).map(|(rate, constant)| rate / constant),
         map_u_nm: findings.map.as_ref().map_or(0.0, |m| m.u_at(course.start_rad + sign * peak.at_rad)),
-        inertial_u_nm: at_peak.map_or(0.0, |k| logged.inertia_u_ratio * logged.inertial_nm[k].abs()),
         timing_u_nm: rectangular_u(rate_nm_per_s.unwrap_or(0.0).abs() * logged.sample_s.unwrap_or(0.0)),
         span: logged.span,
         peak,
     })
 }
 
-/// What is common to all ramps: map, timing, bending length, inertia, torque constant, quantum; means over `ramps`.
-fn common(findings: &Findings<'_>, ramps: &[&Broken<'_>], contact: Option<&Contact>) -> [Component; 6] {
+/// What is common to all ramps: map, timing, bending length, torque constant, quantum; means over `ramps`. What the inertia adds that
+/// is taken off is known to the judge of a run alone.
+fn common(findings: &Findings<'_>, ramps: &[&Broken<'_>], contact: Option<&Contact>) -> [Component; 5] {
     let over = |get: &dyn Fn(&Broken<'_>) -> f64| mean(&ramps.iter().map(|b| get(b)).collect::<Vec<_>>());
     let z_ss = over(&|b| b.peak.per_ln_z_ss_nm) * contact.map_or(0.0, |c| c.z_ss_u_ratio);
     [
         Component::known(over(&|b| b.map_u_nm)),
         Component::known(over(&|b| b.timing_u_nm)),
         Component::known(z_ss),
-        Component::known(over(&|b| b.inertial_u_nm)),
         findings.torque_constant(over(&|b| b.peak.torque_nm)),
         findings.quantum(),
     ]

@@ -18,7 +18,7 @@ use crate::quantity::QuantityKind as Q;
 use crate::reason::{InertialReason, Reason, readable};
 use crate::trace::{Mark, Note, Plot, Scale, Series, Style};
 
-const ESTIMATOR: &str = "allan-gls/3";
+const ESTIMATOR: &str = "allan-gls/4";
 const PEAK_ESTIMATOR: &str = "peak-over-noise/1";
 /// A quantum above this part of the noise of a sample is flagged.
 const COARSE_RATIO: f64 = 0.1;
@@ -30,6 +30,8 @@ const SHORTEST_S: f64 = 0.1;
 /// What that makes of a random walk where shorter averages are fitted, too: 4 % of units drawn off the nominal one, half-width of
 /// a rectangular distribution.
 const STRUCTURE_U_RATIO: f64 = 0.023;
+/// Half of a 95 % interval over its standard uncertainty.
+const HALF_95: f64 = 1.96;
 
 /// What is found of a gyro.
 pub(super) struct Found {
@@ -203,7 +205,11 @@ fn noises(gyro: &str, found: &Found) -> Vec<Measurement> {
     ];
     let one = |(name, kind, term): (&str, Q, NoiseTerm)| {
         let shown = |value: f64| readable(kind, value);
-        let [low, high] = term.interval.map(|end| (term.value + widened * (end - term.value)).max(0.0));
+        let structure_u = if name == WALK { found.structure_u_ratio * term.value } else { 0.0 };
+        let [low, high] = term.interval.map(|end| {
+            let away = (widened * (end - term.value)).hypot(HALF_95 * structure_u);
+            (term.value + away.copysign(end - term.value)).max(0.0)
+        });
         let interval = format!("95 % from {} to {}", shown(low), shown(high));
         let flags = [vec![interval], found.flags.clone()].concat();
         if let Err(hopeless) = found.fit.goodness.check() {
@@ -214,7 +220,6 @@ fn noises(gyro: &str, found: &Found) -> Vec<Measurement> {
             let reason = InertialReason::NotToldApart { kind, most: high };
             return Measurement { flags, ..Measurement::inconclusive(name, gyro, kind, ESTIMATOR, reason) };
         }
-        let structure_u = if name == WALK { found.structure_u_ratio * term.value } else { 0.0 };
         let u = (widened * term.u).hypot(structure_u);
         let estimate = Estimate { value: term.value, u, dof: term.dof, n: found.n };
         Measurement { flags, ..Measurement::new(name, gyro, kind, Some(estimate), ESTIMATOR) }

@@ -41,7 +41,8 @@ pub(super) const FIELDS: &[Field] = &[
     Field::optional(
         "frame-rate",
         Shape::Quantity(Q::Frequency),
-        "Frame rate of the fine camera; default: that of the rig file.",
+        "Frame rate: the fine camera runs at it (default: that of the rig file), the coarse camera must be found to run at it \
+         (default: any).",
     ),
     Field::default(
         "moved-delay",

@@ -42,7 +42,7 @@ pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Ve
     Ok(vec![Case {
         point: format!("{} tracker", keys.tracker()),
         axis: axis.to_owned(),
-        requested: keys.frame_rate_hz.filter(|_| keys.is_fine).map(rate).into_iter().collect(),
+        requested: keys.frame_rate_hz.map(rate).into_iter().collect(),
         start_pose_rad: positioned::poses(axes, keys.pose_rad),
         segments: vec![Segment::hold("settle", Mode::Position, SETTLE_S), sines],
         excitations: vec![Excitation { into, signal, fade_s: 0.5 * keys.period_s, every_ticks: 1 }],

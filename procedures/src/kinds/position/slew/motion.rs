@@ -148,6 +148,8 @@ const TAIL_S: f64 = 0.5;
 pub(super) struct End {
     /// Number of its cue.
     pub(super) cue: usize,
+    /// Where the axis was last, after the first slew to it.
+    pub(super) reached_rad: f64,
     /// Overshoot and noise; `None` if it did not settle.
     pub(super) response: Option<StepResponse>,
     /// From the planned end of the move; a lower bound if it did not settle.
@@ -196,6 +198,7 @@ fn end(
         let places = places.ok_or(PositionReason::RowsMissingInSlew { cue })?;
         repeats.push(places.iter().map(|p| p - first.start_position_rad).collect::<Vec<f64>>());
     }
+    let reached_rad = first.start_position_rad + repeats[0].last().copied().unwrap_or(0.0);
     let settings = StepSettings { band_ratio: BAND_RAD / height.abs(), tail_s: TAIL_S, floor: FLOOR_RAD };
     let all: Vec<&[f64]> = repeats.iter().map(Vec::as_slice).collect();
     let after = grid.partition_point(|t| *t < planned_s - 0.2);
@@ -206,6 +209,7 @@ fn end(
     match step_response(&grid, &all, height, &settings) {
         Ok(found) => Ok(End {
             cue,
+            reached_rad,
             settling_s: (found.settling_s - planned_s).max(0.0),
             settling_u_s: found.settling_u_s,
             response: Some(found),
@@ -213,7 +217,8 @@ fn end(
         }),
         Err(StepError::NotSettled { seconds }) => {
             let settling_u_s = shortest_s / (count + 1) as f64 / 12.0_f64.sqrt();
-            Ok(End { cue, response: None, settling_s: seconds - planned_s, settling_u_s, course })
+            let settling_s = seconds - planned_s;
+            Ok(End { cue, reached_rad, response: None, settling_s, settling_u_s, course })
         }
         Err(error) => Err(PositionReason::SlewNotRead { cue, error }.into()),
     }

@@ -40,11 +40,13 @@ pub(super) fn analyse(
         .collect();
     let weak = broken_off(window, &moves, limits)?;
     let mut plots = vec![motion_picture(case, &record)];
+    let mut cues_rad = None;
     let values = match keys.moves {
         Moves::Gentle => gentle(&moves, weak.as_ref()),
         Moves::Full => full(case, window, &record, &moves, weak.as_ref(), &mut plots),
         Moves::Cue => {
             let ends = ends(case, window, &record, weak.as_ref(), &mut plots);
+            cues_rad = ends.as_ref().ok().and_then(|ends| between(ends));
             [OVERSHOOT, EXCESS, SETTLING].map(|name| of_ends(name, &ends)).into()
         }
     };
@@ -64,7 +66,9 @@ pub(super) fn analyse(
         };
         let point = Some(case.point.clone());
         let conditions = positioned::conditions(case);
-        Measurement { point, conditions, evidence: evidence.clone(), ..base }
+        let mut measured = Measurement { point, conditions, evidence: evidence.clone(), ..base };
+        cues_rad.into_iter().for_each(|angles_rad| measured.set_angles(angles_rad));
+        measured
     });
     Ok(PointResult {
         point: case.point.clone(),
@@ -164,6 +168,12 @@ fn ends(
     };
     plots.push(end_picture(case, &ends));
     Ok(ends)
+}
+
+/// The least and the greatest angle of all cues, as they were reached.
+fn between(ends: &[End]) -> Option<[f64; 2]> {
+    let reached_rad = || ends.iter().map(|end| end.reached_rad);
+    Some([reached_rad().reduce(f64::min)?, reached_rad().reduce(f64::max)?])
 }
 
 /// The worst end of all cues.

@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use analysis::estimate::Estimate;
 use analysis::frf::Line;
+use analysis::goodness::Goodness;
 use analysis::least_squares::LinearFit;
 use analysis::periodic::Distortion;
 use analysis::uncertainty::rectangular_u;
@@ -206,7 +207,7 @@ pub(super) fn gains_plots(cases: &[Case], points: &[PointResult]) -> Vec<Plot> {
 
 pub(super) const ANGLE_NAMES: &[&str] = &["apparent-inertia"];
 
-const INERTIA: &str = "apparent-inertia/3";
+const INERTIA: &str = "apparent-inertia/4";
 /// Up to here the structure follows the shaft.
 const STIFF_HZ: f64 = 5.0;
 /// Half of the largest share by which flexible modes let an axis seem heavier at [`STIFF_HZ`]: J·c·ω²/(ω_n² − ω²) over all modes
@@ -251,7 +252,8 @@ fn angle_lines(point: &Point<'_>, result: &mut PointResult) -> Result<Judged, Re
 /// the frequency. Lines weigh by what they scatter; what is known of ε beforehand is one more observation, which decides where
 /// few or noisy lines cannot.
 fn inertia(axis: &str, lines: &[Line]) -> Result<Measurement, Reason> {
-    let stiff: Vec<&Line> = lines.iter().filter(|l| l.frequency_hz <= STIFF_HZ && l.variance > 0.0).collect();
+    let is_stiff = |l: &&Line| l.frequency_hz <= STIFF_HZ && l.variance > 0.0;
+    let stiff: Vec<Line> = lines.iter().filter(is_stiff).copied().collect();
     let too_few = || Reason::from(ResponseReason::FewStiffLines { lines: stiff.len(), up_to_hz: STIFF_HZ });
     if stiff.len() < 3 {
         return Err(too_few());
@@ -270,10 +272,13 @@ fn inertia(axis: &str, lines: &[Line]) -> Result<Measurement, Reason> {
     rises.push(1.0);
     constant.push(0.0);
     let fit = LinearFit::new(&[constant, rises], &shown, Some(&weights)).map_err(|_| too_few())?;
-    // Lines that scatter more than they should widen it (Birge).
     let value = fit.coefficients[0];
-    let scatter_u = (fit.unscaled_covariance[(0, 0)] * fit.residual_variance.max(1.0)).sqrt();
+    let share = (fit.residual_variance * stiff.len() as f64 / total).sqrt() / value.abs();
+    let goodness = Goodness::of_lines(&stiff, fit.residual_variance, fit.dof).with_share(share);
+    goodness.check()?;
+    let scatter_u = goodness.widening() * fit.unscaled_covariance[(0, 0)].sqrt();
     let u = scatter_u.hypot(rectangular_u(VISCOUS_RATIO) * value);
     let estimate = Estimate { value, u, dof: fit.dof as f64, n: stiff.len() };
-    Ok(Measurement::new(ANGLE_NAMES[0], axis, Q::Inertia, Some(estimate), INERTIA))
+    let flags = goodness.flag().into_iter().collect();
+    Ok(Measurement { flags, ..Measurement::new(ANGLE_NAMES[0], axis, Q::Inertia, Some(estimate), INERTIA) })
 }
