@@ -114,11 +114,22 @@ fn one_gyro_that_errs_by_900_ppm_hides_at_one_elevation_which_therefore_passes_n
             "--non-interactive",
         ];
         let said = run_in(folder.path(), &words);
-        (said.code, verdict(&folder.path().join(&out), "GYR-SCALE"))
+        let text = std::fs::read_to_string(folder.path().join(&out).join("results.json")).expect("results");
+        let results: serde_json::Value = serde_json::from_str(&text).expect("results are JSON");
+        let outcomes = results["findings"]["outcomes"].as_array().expect("outcomes").clone();
+        let scale = outcomes.into_iter().find(|o| o["requirement"] == "GYR-SCALE").expect("it is judged");
+        (said.code, scale)
     };
-    // A selection is no screening: what it did not cover is inconclusive.
-    assert_eq!(looked("quick"), (3, "pass".to_owned()));
-    assert_eq!(looked("fat"), (1, "fail".to_owned()));
+    // A selection is no screening: what it did not cover is inconclusive, however good the rest is.
+    let (code, scale) = looked("quick");
+    assert_eq!(
+        (code, &scale["before_coverage"], &scale["verdict"]),
+        (3, &"pass".into(), &"inconclusive".into())
+    );
+    let why = scale["reason"].as_str().expect("a reason");
+    assert!(why.contains("gyro-scale-error on az: elevation 0 deg .. 80 deg, reached 40 deg only"), "{why}");
+    let (code, scale) = looked("fat");
+    assert_eq!((code, &scale["verdict"]), (1, &"fail".into()));
 }
 
 #[test]

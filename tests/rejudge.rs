@@ -104,7 +104,6 @@ fn rejudging_writes_nothing_unasked_gives_the_same_findings_and_a_changed_limit_
     a_word_changed_in_the_title_page_does_not_make_a_simulated_run_real(at);
 }
 
-/// Names of what is in a folder.
 /// Point, value and standard uncertainty of every breakaway of azimuth.
 fn az_breakaways(run: &Path) -> Vec<(String, [Option<f64>; 2])> {
     let found: serde_json::Value = serde_json::from_str(&findings(run)).expect("findings are JSON");
@@ -115,6 +114,7 @@ fn az_breakaways(run: &Path) -> Vec<(String, [Option<f64>; 2])> {
     all.filter(|m| m["measurand"] == "breakaway-torque").map(one).collect()
 }
 
+/// Names of what is in a folder.
 fn files(folder: &Path) -> Vec<std::path::PathBuf> {
     let all = std::fs::read_dir(folder).expect("a run folder");
     let mut names: Vec<_> = all.map(|e| e.expect("readable").path()).collect();

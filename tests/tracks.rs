@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::bench::{folder, run_in, verdict, write};
+use crate::bench::{findings, folder, run_in, verdict, write};
 
 /// Both quick track loops of a unit; what the program said.
 fn tracked(unit: &str, folder: &Path) -> serde_json::Value {
@@ -62,6 +62,29 @@ fn the_nominal_unit_passes_with_six_percent_more_gain() {
     near(&results, "track-bandwidth", "el", 1.06..=1.14);
     near(&results, "track-bandwidth", "az", 1.06..=1.16);
     assert_eq!(verdict(&folder.path().join("run"), "TRK-BW"), "pass");
+}
+
+#[test]
+fn a_coarse_camera_at_half_of_its_rate_passes_nothing_and_its_sign_is_proven_all_the_same() {
+    let folder = folder();
+    let unit = "schema = 1\nid = \"slow\"\ntitle = \"Slow camera\"\nbase = \"nominal\"\nmust-flip = []\n\
+                reason = \"Drawn.\"\n[trackers]\ncoarse-frame-rate = \"25 Hz\"\n";
+    write(folder.path(), "unit.toml", unit);
+    let words =
+        ["run", "quick/az-coarse-latency", "--unit", "unit.toml", "--out", "run", "--non-interactive"];
+    let said = run_in(folder.path(), &words);
+    let found = findings(&folder.path().join("run"));
+    let found: serde_json::Value = serde_json::from_str(&found).expect("findings are JSON");
+    let procedures = found["procedures"].as_array().expect("procedures");
+    let latency = procedures.iter().find(|p| p["id"] == "AZ-COARSE-LATENCY").expect("it ran");
+    assert_eq!(latency["status"], "completed", "{}{}", said.out, said.err);
+    let measurements = latency["measurements"].as_array().expect("measurements");
+    assert!(measurements.len() >= 4, "{measurements:?}");
+    for m in measurements {
+        let why = m["inconclusive"].as_str().unwrap_or_default();
+        assert!(why.contains("25 Hz") && why.contains("50 Hz"), "{m}");
+        assert!(m["value"].is_number(), "what was seen stays: {m}");
+    }
 }
 
 #[test]

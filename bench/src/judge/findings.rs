@@ -20,7 +20,7 @@ pub struct Fold<'a> {
     pub requirements: &'a Requirements,
     /// Text of the requirements.
     pub requirements_text: &'a str,
-    /// Run folder, from which logs are judged again by what others found; `None` for a log alone.
+    /// Folder of the logs, from which they are judged again by what others found; `None`: they stay as they were judged.
     pub folder: Option<&'a Path>,
 }
 

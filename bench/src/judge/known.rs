@@ -28,9 +28,9 @@ const PULLED: &str = "pulled-friction-torque";
 /// The inertia counts in a torque that changes by more than this part of its standard uncertainty where the inertia is one
 /// standard uncertainty larger.
 const INERTIA_COUNTS: f64 = 0.1;
-/// How far the temperatures of a motor may lie apart, K, where a log does not say: from a cabinet at 40 °C to the 60 °C at which the
-/// gates of the shipped procedures close.
-const UNKNOWN_KELVIN: f64 = 20.0;
+/// How far the temperatures of a motor may lie apart, K, where a log does not say: from a room at 20 °C to a drive at the 60 °C of the
+/// shipped gates.
+const UNKNOWN_KELVIN: f64 = 40.0;
 
 /// Least and greatest temperature of the heat sink of each axis in a log, °C.
 pub type HeatSinks = BTreeMap<String, [f64; 2]>;
@@ -332,8 +332,8 @@ mod tests {
             let heat_sinks = range.map(|range| ("az".to_owned(), range)).into_iter().collect();
             known.at(&heat_sinks).constants["az"].constant.u_ratio()
         };
-        // Where the log does not say, 20 K: 2.4 %, rectangular.
-        assert!((u_ratio(None) - 0.003_f64.hypot(0.024 / 3_f64.sqrt())).abs() < 1e-12, "{}", u_ratio(None));
+        // Where the log does not say, 40 K: 4.8 %, rectangular.
+        assert!((u_ratio(None) - 0.003_f64.hypot(0.048 / 3_f64.sqrt())).abs() < 1e-12, "{}", u_ratio(None));
         // 10 K are 1.2 %, rectangular.
         let warm = u_ratio(Some([45.0, 50.0]));
         assert!((warm - 0.003_f64.hypot(0.012 / 3_f64.sqrt())).abs() < 1e-6, "{warm}");

@@ -34,8 +34,9 @@ impl<'c> Playback<'c> {
     pub(super) fn at(&mut self, now: Duration) -> (Injection, f64) {
         let started = *self.started.get_or_insert(now);
         let every = f64::from(self.excitation.every_ticks.max(1));
-        let tick =
-            ((now.saturating_sub(started)).as_secs_f64() * self.rate_hz / every + 1e-6).floor() * every;
+        // In real time a tick may come a little less late than the first one: it is the nearest that is played.
+        let tick = (now.saturating_sub(started).as_secs_f64() * self.rate_hz).round();
+        let tick = (tick / every).floor() * every;
         let value = match self.table.len() {
             0 => self.excitation.at(tick / self.rate_hz),
             length => {
@@ -68,6 +69,18 @@ mod tests {
         for k in 0..20_000_u32 {
             let (into, value) = playback.at(start + k * Duration::from_micros(250));
             assert_eq!(into, Injection::Torque);
+            assert!((value - plan.at(f64::from(k) / 4000.0)).abs() < 1e-9, "{k}");
+        }
+    }
+
+    #[test]
+    fn ticks_that_come_early_or_late_by_less_than_half_a_period_play_their_own_values() {
+        let plan = excitation(1);
+        let mut playback = Playback::new(&plan, 4000.0);
+        let start = Duration::from_secs(7);
+        for k in 0..20_000_u32 {
+            let late = Duration::from_micros([100, 0, 60, 190][k as usize % 4]);
+            let (_, value) = playback.at(start + k * Duration::from_micros(250) + late);
             assert!((value - plan.at(f64::from(k) / 4000.0)).abs() < 1e-9, "{k}");
         }
     }

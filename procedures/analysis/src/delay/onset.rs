@@ -95,6 +95,8 @@ struct Prepared {
     time_s: Vec<f64>,
     value: Vec<f64>,
     threshold_s: f64,
+    /// First sample of two beyond half of the rise: the step has begun by then, whatever noise met the threshold before.
+    half_s: f64,
     period_s: f64,
 }
 
@@ -124,11 +126,14 @@ impl Prepared {
                 .max((first..t.len()).find(|&k| (y[k] - rest) / rise > RAMP_PART).unwrap_or(t.len())),
             OnsetShape::Exponential { .. } => t.len(),
         };
+        let beyond = |k: usize| (y[k] - rest) / rise > 0.5;
+        let half = (first..t.len() - 1).find(|&k| beyond(k) && beyond(k + 1)).unwrap_or(first);
         let value = y[..end.min(t.len())].iter().map(|v| (v - rest) / rise).collect();
         Ok(Self {
             time_s: t[..end.min(t.len())].to_vec(),
             value,
             threshold_s: t[first],
+            half_s: t[half],
             period_s: (t[t.len() - 1] - t[0]) / (t.len() - 1) as f64,
         })
     }
@@ -138,7 +143,8 @@ impl Prepared {
 fn pooled(repeats: &[&Prepared], shape: OnsetShape) -> Option<(f64, Option<f64>)> {
     let latest = repeats.iter().map(|p| p.threshold_s).fold(f64::NEG_INFINITY, f64::max);
     let period = repeats.iter().map(|p| p.period_s).sum::<f64>() / repeats.len() as f64;
-    let range = [latest - 6.0 * period, latest + period];
+    let half_s = repeats.iter().map(|p| p.half_s).fold(f64::NEG_INFINITY, f64::max);
+    let range = [latest - 6.0 * period, half_s.max(latest + period)];
     let best = |rise: &dyn Fn(f64) -> f64| least(range, 60, &|onset| cost(repeats, onset, rise));
     match shape {
         OnsetShape::Ramp => best(&|t| t / period).map(|(onset, _)| (onset, None)),

@@ -125,6 +125,26 @@ fn step_onset_beats_the_threshold_and_the_sampling() {
     assert_eq!(still, Err(DelayError::NoOnset { repeat: 0 }));
 }
 
+/// Noise of 2 % of the rise, and a rest so short that two samples of noise seem to move now and then.
+#[test]
+fn noise_that_meets_the_threshold_long_before_the_rise_does_not_hide_the_onset() {
+    const PERIOD_S: f64 = 250e-6;
+    const LAG_S: f64 = 159e-6;
+    const ONSET_S: f64 = 2.85e-3;
+    let mut random = ChaCha8Rng::seed_from_u64(11);
+    let mut early = 0;
+    for k in 0..5000 {
+        let since_command_s: Vec<f64> = (-6..20).map(|k| PERIOD_S * f64::from(k)).collect();
+        let rise = |t: &f64| if *t > ONSET_S { 1.0 - (-(t - ONSET_S) / LAG_S).exp() } else { 0.0 };
+        let value = since_command_s.iter().map(|t| rise(t) + 0.021 * gauss(&mut random)).collect();
+        let shape = OnsetShape::Exponential { time_constant_s: Some(LAG_S) };
+        let found = step_onset(&[Step { since_command_s, value }], shape).expect("a step");
+        assert!((found.delay_s - ONSET_S).abs() < 100e-6, "step {k}: {:e}", found.delay_s);
+        early += u32::from(found.threshold_s < ONSET_S - PERIOD_S);
+    }
+    assert!(early > 5, "{early}: nothing was met before the rise");
+}
+
 #[test]
 fn two_clocks_are_laid_over_each_other() {
     let mut random = ChaCha8Rng::seed_from_u64(9);

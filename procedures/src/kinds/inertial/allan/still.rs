@@ -206,10 +206,8 @@ fn noises(gyro: &str, found: &Found) -> Vec<Measurement> {
     let one = |(name, kind, term): (&str, Q, NoiseTerm)| {
         let shown = |value: f64| readable(kind, value);
         let structure_u = if name == WALK { found.structure_u_ratio * term.value } else { 0.0 };
-        let [low, high] = term.interval.map(|end| {
-            let away = (widened * (end - term.value)).hypot(HALF_95 * structure_u);
-            (term.value + away.copysign(end - term.value)).max(0.0)
-        });
+        let away = term.interval.map(|end| (widened * (end - term.value)).hypot(HALF_95 * structure_u));
+        let [low, high] = [(term.value - away[0]).max(0.0), term.value + away[1]];
         let interval = format!("95 % from {} to {}", shown(low), shown(high));
         let flags = [vec![interval], found.flags.clone()].concat();
         if let Err(hopeless) = found.fit.goodness.check() {

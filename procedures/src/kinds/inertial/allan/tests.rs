@@ -135,6 +135,10 @@ fn the_walk_of_each_gyro_is_found_behind_trembling_axes_and_a_turning_earth() {
         let walk = of(&result, WALK, gyro);
         let value = walk.value.expect("a walk");
         assert!((value / WALK_RAD - 1.0).abs() < 0.03 && (value - WALK_RAD).abs() < 3.0 * walk.u, "{walk:?}");
+        // Half of the interval is nothing less than 1.96 u, whatever u holds.
+        let [low, high] = interval_deg_per_sqrt_h(walk);
+        let half = 0.5 * (high - low) * DEG_PER_SQRT_H;
+        assert!(half > 1.9 * walk.u, "{low} to {high}: {walk:?}");
         let bias = of(&result, BIAS, gyro);
         let value = bias.value.expect("a bias");
         assert!((value - DEG_PER_H * (k as f64 + 1.0)).abs() < 3.0 * bias.u, "{bias:?}");
@@ -143,6 +147,17 @@ fn the_walk_of_each_gyro_is_found_behind_trembling_axes_and_a_turning_earth() {
         assert!(floor.value.is_none() && reason.contains("at most"), "there is none: {floor:?}");
     }
     assert_eq!(result.plots.len(), 3);
+}
+
+/// 1 deg/sqrt(h) in rad/sqrt(s).
+const DEG_PER_SQRT_H: f64 = std::f64::consts::PI / 180.0 / 60.0;
+
+/// The interval that a flag gives: "95 % from LOW UNIT to HIGH UNIT".
+fn interval_deg_per_sqrt_h(walk: &Measurement) -> [f64; 2] {
+    let flag = walk.flags.iter().find(|flag| flag.starts_with("95 % from ")).expect("an interval");
+    let numbers: Vec<f64> = flag.split_whitespace().filter_map(|word| word.parse().ok()).collect();
+    assert!(flag.contains("deg/sqrt(h)") && numbers.len() == 3, "{flag}");
+    [numbers[1], numbers[2]]
 }
 
 #[test]

@@ -41,6 +41,8 @@ struct Found {
     frames: usize,
     row_s: f64,
     rate_hz: f64,
+    /// Why the coarse camera is not the one that was asked for. The bench cannot set its rate, and the sign of what it shows stands.
+    other_rate: Option<Reason>,
     /// Standard uncertainty of stated exposures by the arrivals, and by the delay that is declared.
     placed_u_s: f64,
     declared_u_s: f64,
@@ -75,8 +77,9 @@ fn found(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<Found
     let span = window.segment(case, SINES)?;
     let topic = if keys.is_fine { FINE_TOPIC } else { COARSE_TOPIC };
     let frames = Frames::read(window, topic, span.start_s, span.end_s)?;
-    if let Some(asked_hz) = case.requested("frame-rate") {
-        frames.check_rate(asked_hz)?;
+    let other_rate = case.requested("frame-rate").and_then(|asked_hz| frames.check_rate(asked_hz).err());
+    if let (true, Some(reason)) = (keys.is_fine, &other_rate) {
+        return Err(reason.clone());
     }
     let (moved_topic, moved_name) = if keys.is_fine {
         (MIRROR_TOPIC.to_owned(), format!("angle_{}_rad", MIRROR_AXES[axis]))
@@ -118,6 +121,7 @@ fn found(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<Found
         frames: ages.len(),
         row_s: row_s(window, topic)?,
         rate_hz: frames.rate_hz,
+        other_rate,
         placed_u_s: frames.placed_u_s,
         declared_u_s: frames.declared_u_s,
         clock_drift_ratio: frames.clock_drift_ratio,
@@ -260,6 +264,7 @@ fn stamp_flags(stamp: &Measurement, found: &Found) -> Vec<String> {
 
 fn complete(mut m: Measurement, case: &Case, found: &Found) -> Measurement {
     m.point = Some(case.point.clone());
+    m.inconclusive = found.other_rate.as_ref().map(Reason::to_string);
     if let Some(requested) = case.requested("frame-rate") {
         let name = "frame-rate".to_owned();
         let achieved = Some(found.rate_hz);

@@ -79,6 +79,11 @@ fn a_slew_that_does_not_settle_passes_no_limit_and_may_fail_one() {
     assert!(settling.u > 0.0);
     let settled = experiment.analyse(&case, &follows(&case, 0.0), &with_elevation());
     assert_eq!(value(&settled, SETTLING).bound, None);
+    // What a requirement may claim: the angles that its cues span.
+    let [first_rad, last_rad] = value(&settled, SETTLING).angles_rad.expect("it says between which angles");
+    let cue_rad = 20_f64.to_radians();
+    let off_rad = (first_rad + cue_rad).abs().max((last_rad - cue_rad).abs());
+    assert!(off_rad < 1e-5, "{first_rad} {last_rad}");
 }
 
 #[test]

@@ -44,3 +44,29 @@ fn few_common_lines_give_no_number() {
     assert!(departure(&lines(1, 0.01, 1.0)[..4], &lines(2, 0.01, 1.0)).is_none());
     assert!(departure(&[], &[]).is_none());
 }
+
+/// Lines of a free inertia of 1000 kg·m², each known to 0.1 %, whose sizes are off by this share in turns.
+fn lines_of_inertia(off_ratio: f64) -> Vec<Line> {
+    let one = |k: u32| {
+        let frequency_hz = 1.0 + 0.25 * f64::from(k);
+        let off = if k.is_multiple_of(2) { off_ratio } else { -off_ratio };
+        let shown_kg_m2 = 1000.0 * (1.0 + off) * (1.0 + 0.015 * (frequency_hz / STIFF_HZ).powi(2));
+        let value = C64::new(-1.0 / (shown_kg_m2 * (TAU * frequency_hz).powi(2)), 0.0);
+        let variance = (1e-3 * value.norm()).powi(2);
+        Line { frequency_hz, value, variance, dof: 40.0, coherence: None }
+    };
+    (0..17).map(one).collect()
+}
+
+#[test]
+fn lines_of_an_inertia_that_scatter_beyond_their_noise_widen_it_say_so_and_contradict_it_in_the_end() {
+    let found = |off_ratio: f64| inertia("az", &lines_of_inertia(off_ratio));
+    let quiet = found(0.0).expect("an inertia");
+    assert_eq!(quiet.flags, Vec::<String>::new());
+    assert!((quiet.value.expect("a value") - 1000.0).abs() < 3.0 * quiet.u + 1.0, "{quiet:?}");
+    let wide = found(0.02).expect("an inertia");
+    assert!(wide.flags.iter().any(|flag| flag.contains("chi2/dof")), "{wide:?}");
+    assert!(wide.u > 5.0 * quiet.u, "{} {}", wide.u, quiet.u);
+    let none = found(0.4).expect_err("a contradiction").to_string();
+    assert!(none.contains("does not describe"), "{none}");
+}
