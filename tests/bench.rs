@@ -87,18 +87,32 @@ pub(crate) fn import_csv(folder: &Path, map: &str, csv: &str) -> Said {
     run_in(folder, &["import", "map.toml", "--out", "log"])
 }
 
+/// The findings in the `results.json` of a run folder.
+fn found(run: &Path) -> serde_json::Value {
+    let text = std::fs::read_to_string(run.join("results.json")).expect("a run folder with results");
+    let mut value: serde_json::Value = serde_json::from_str(&text).expect("results are JSON");
+    value["findings"].take()
+}
+
 /// The findings in the `results.json` of a run folder, as text.
 pub(crate) fn findings(run: &Path) -> String {
-    let text = std::fs::read_to_string(run.join("results.json")).expect("a run folder with results");
-    let value: serde_json::Value = serde_json::from_str(&text).expect("results are JSON");
-    serde_json::to_string_pretty(&value["findings"]).expect("a value prints")
+    serde_json::to_string_pretty(&found(run)).expect("a value prints")
+}
+
+/// What a procedure of a run found: its entry in the findings.
+pub(crate) fn procedure(run: &Path, id: &str) -> serde_json::Value {
+    let procedures = found(run)["procedures"].as_array().expect("a list of procedures").clone();
+    procedures.into_iter().find(|p| p["id"] == id).expect("it was planned")
+}
+
+/// What became of each requirement in a run.
+pub(crate) fn outcomes(run: &Path) -> Vec<serde_json::Value> {
+    found(run)["outcomes"].as_array().expect("a list of outcomes").clone()
 }
 
 /// The verdict of a requirement in the results of a run folder, on what was measured: coverage has tests of its own.
 pub(crate) fn verdict(run: &Path, requirement: &str) -> String {
-    let text = std::fs::read_to_string(run.join("results.json")).expect("a run folder with results");
-    let value: serde_json::Value = serde_json::from_str(&text).expect("results are JSON");
-    let outcomes = value["findings"]["outcomes"].as_array().expect("a list of outcomes").clone();
+    let outcomes = outcomes(run);
     let found = outcomes.iter().find(|o| o["requirement"] == requirement);
     found.map_or("missing".to_owned(), |o| o["before_coverage"].as_str().unwrap_or("?").to_owned())
 }

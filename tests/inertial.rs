@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::bench::{Said, folder, run_in, verdict, write};
+use crate::bench::{Said, folder, outcomes, run_in, verdict, write};
 
 fn run(folder: &Path, unit: &str, name: &str) -> Said {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../procedures/quick").join(name);
@@ -114,10 +114,10 @@ fn one_gyro_that_errs_by_900_ppm_hides_at_one_elevation_which_therefore_passes_n
             "--non-interactive",
         ];
         let said = run_in(folder.path(), &words);
-        let text = std::fs::read_to_string(folder.path().join(&out).join("results.json")).expect("results");
-        let results: serde_json::Value = serde_json::from_str(&text).expect("results are JSON");
-        let outcomes = results["findings"]["outcomes"].as_array().expect("outcomes").clone();
-        let scale = outcomes.into_iter().find(|o| o["requirement"] == "GYR-SCALE").expect("it is judged");
+        let scale = outcomes(&folder.path().join(&out))
+            .into_iter()
+            .find(|o| o["requirement"] == "GYR-SCALE")
+            .expect("it is judged");
         (said.code, scale)
     };
     // A selection is no screening: what it did not cover is inconclusive, however good the rest is.

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use crate::bench::{content, findings, folder, run_in};
+use crate::bench::{content, findings, folder, procedure, run_in};
 
 const SHORT: [&str; 4] = ["run", "quick/el-breakaway", "quick/az-breakaway", "--non-interactive"];
 
@@ -106,11 +106,9 @@ fn rejudging_writes_nothing_unasked_gives_the_same_findings_and_a_changed_limit_
 
 /// Point, value and standard uncertainty of every breakaway of azimuth.
 fn az_breakaways(run: &Path) -> Vec<(String, [Option<f64>; 2])> {
-    let found: serde_json::Value = serde_json::from_str(&findings(run)).expect("findings are JSON");
-    let procedures = found["procedures"].as_array().expect("procedures");
-    let procedures = procedures.iter().filter(|p| p["id"] == "AZ-BREAKAWAY");
-    let all = procedures.flat_map(|p| p["measurements"].as_array().cloned().unwrap_or_default());
-    let one = |m: serde_json::Value| (m["point"].to_string(), [m["value"].as_f64(), m["u"].as_f64()]);
+    let found = procedure(run, "AZ-BREAKAWAY");
+    let all = found["measurements"].as_array().expect("measurements").iter();
+    let one = |m: &serde_json::Value| (m["point"].to_string(), [m["value"].as_f64(), m["u"].as_f64()]);
     all.filter(|m| m["measurand"] == "breakaway-torque").map(one).collect()
 }
 

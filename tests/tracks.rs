@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::bench::{findings, folder, run_in, verdict, write};
+use crate::bench::{folder, procedure, run_in, verdict, write};
 
 /// Both quick track loops of a unit; what the program said.
 fn tracked(unit: &str, folder: &Path) -> serde_json::Value {
@@ -73,10 +73,7 @@ fn a_coarse_camera_at_half_of_its_rate_passes_nothing_and_its_sign_is_proven_all
     let words =
         ["run", "quick/az-coarse-latency", "--unit", "unit.toml", "--out", "run", "--non-interactive"];
     let said = run_in(folder.path(), &words);
-    let found = findings(&folder.path().join("run"));
-    let found: serde_json::Value = serde_json::from_str(&found).expect("findings are JSON");
-    let procedures = found["procedures"].as_array().expect("procedures");
-    let latency = procedures.iter().find(|p| p["id"] == "AZ-COARSE-LATENCY").expect("it ran");
+    let latency = procedure(&folder.path().join("run"), "AZ-COARSE-LATENCY");
     assert_eq!(latency["status"], "completed", "{}{}", said.out, said.err);
     let measurements = latency["measurements"].as_array().expect("measurements");
     assert!(measurements.len() >= 4, "{measurements:?}");

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::bench::{folder, run_in, verdict};
+use crate::bench::{folder, outcomes, run_in, verdict};
 
 const MUST_MEASURE: [&str; 13] = [
     "FRC-AZ", "FRC-EL", "UNB-AZ", "UNB-EL", "SPR-AZ", "SPR-EL", "HOLD-EL", "COG-AZ", "COG-EL", "FSM-BW",
@@ -58,9 +58,7 @@ fn nominal_unit_passes_the_quick_campaign_and_a_missing_log_takes_the_pass_from_
 
 /// The headline of a run and the requirements that it covers in part only, a line each.
 fn looked_at_in_part(run: &Path) -> String {
-    let results = std::fs::read_to_string(run.join("results.json")).expect("a run folder with results");
-    let results: serde_json::Value = serde_json::from_str(&results).expect("results are JSON");
-    let outcomes = results["findings"]["outcomes"].as_array().expect("outcomes").clone();
+    let outcomes = outcomes(run);
     let screened = outcomes.iter().filter(|o| o["verdict"] == "screened");
     let ids: Vec<&str> = screened.filter_map(|o| o["requirement"].as_str()).collect();
     let report = std::fs::read_to_string(run.join("report.md")).expect("a report");

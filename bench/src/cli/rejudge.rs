@@ -93,8 +93,7 @@ fn folder(args: &Args) -> Result<Rejudged, u8> {
         troubles.extend(tried.trouble);
         judged.push(Some(tried.log));
     }
-    let by =
-        Fold { page: &page, requirements: &requirements, requirements_text: &text, folder: Some(&args.what) };
+    let by = Fold { page: &page, requirements: &requirements, requirements_text: &text, folder: &args.what };
     let before = if args.what.join("results.json").exists() {
         results::read_with_waivers(&args.what).ok()
     } else {
@@ -148,7 +147,7 @@ fn single(args: &Args) -> Result<Rejudged, u8> {
     let judged = judge_one(path, &file, &requirements)?;
     let page = page_of(&judged, &file, kept);
     // No other log has found anything: torques rest on the constants and inertias of the rig, with their uncertainties.
-    let folder = Some(path.parent().unwrap_or_else(|| Path::new("")));
+    let folder = path.parent().unwrap_or(Path::new(""));
     let by = Fold { page: &page, requirements: &requirements, requirements_text: &text, folder };
     let troubles = judged.damage.clone().map(Trouble::Damaged).into_iter().collect();
     let findings = fold(&by, &[Some(judged)]);

@@ -20,8 +20,8 @@ pub struct Fold<'a> {
     pub requirements: &'a Requirements,
     /// Text of the requirements.
     pub requirements_text: &'a str,
-    /// Folder of the logs, from which they are judged again by what others found; `None`: they stay as they were judged.
-    pub folder: Option<&'a Path>,
+    /// Folder of the logs, from which they are judged again by what others found.
+    pub folder: &'a Path,
 }
 
 /// Findings from the judged logs, in the order of the page's procedures (`None`: no log).
@@ -31,8 +31,8 @@ pub fn fold(by: &Fold<'_>, judged: &[Option<JudgedLog>]) -> Findings {
     // The run had no more than this when it opened or closed its gates.
     let so_far = Progress { page, requirements: by.requirements, judged: &logs };
     let again = |index: usize, known: &Known| {
-        let (folder, planned) = by.folder.zip(page.procedures.get(index))?;
-        let path = folder.join(&planned.log);
+        let planned = page.procedures.get(index)?;
+        let path = by.folder.join(&planned.log);
         Some(try_log(judge_log, &path, planned, by.requirements, known, page.seed).log)
     };
     let Settled { logs: settled, sources_of_constants, mut disagreements } =

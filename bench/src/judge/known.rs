@@ -263,7 +263,6 @@ fn add_inertia(log: &mut JudgedLog, other: &JudgedLog, inertias: &Inertias, requ
 #[cfg(test)]
 mod tests {
     use procedures::case::{Mode, Segment};
-    use procedures::diagnostic::SourceFile;
     use procedures::measurement::{Estimate, Evidence};
     use procedures::stimulus::ProfileLimits;
 
@@ -271,6 +270,7 @@ mod tests {
     use crate::files::rig::read_rig;
     use crate::files::shipped::{self, Folder};
     use crate::judge::missing;
+    use crate::judge::stage::tests::{planned, requirements};
     use crate::record::page::PlannedLog;
 
     const LIMITS: ProfileLimits =
@@ -340,18 +340,7 @@ mod tests {
     }
 
     fn log(id: &str, kind: &str, measurements: Vec<Measurement>) -> JudgedLog {
-        let planned = PlannedLog {
-            id: id.to_owned(),
-            title: String::new(),
-            kind: kind.to_owned(),
-            axis: "az".to_owned(),
-            log: format!("{id}.mcap"),
-            yields: Vec::new(),
-            closes_loops: false,
-            stage: None,
-            state: None,
-            planned_s: None,
-        };
+        let planned = PlannedLog { kind: kind.to_owned(), stage: None, ..planned(id, "") };
         let mut log = missing(&planned, 1);
         log.findings.measurements = measurements;
         log
@@ -363,13 +352,6 @@ mod tests {
         let channels = vec!["/az current_a".to_owned()];
         let evidence = vec![Evidence::new(channels, [0.0, 1.0])];
         Measurement { evidence, ..Measurement::new(measurand, "az", kind, Some(estimate), "e/1") }
-    }
-
-    fn requirements() -> Requirements {
-        let text = "schema = 1\n[[requirement]]\nid = 'FRC-AZ'\ntext = 't'\nsource = 's'\nmethod = 'test'\n\
-                    measurand = ['friction-torque']\naxis = 'az'\nlimit = '<= 260 N*m'\n";
-        let source = SourceFile { name: "r.toml".to_owned(), text: text.to_owned() };
-        Requirements::parse(&source).expect("right")
     }
 
     #[test]

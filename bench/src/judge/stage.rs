@@ -13,7 +13,7 @@ use crate::record::page::{Page, PageStage, PlannedLog};
 use crate::record::polarity;
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 
 /// What is known of a run so far.
 #[derive(Clone, Copy)]

@@ -87,7 +87,7 @@ impl Job<'_> {
             page: &result.page,
             requirements: &self.plan.requirements,
             requirements_text: &self.plan.requirements_source.text,
-            folder: Some(self.folder),
+            folder: self.folder,
         };
         let findings = fold(&by, &result.judged);
         let closed = result.journal.close(result.exit_code);

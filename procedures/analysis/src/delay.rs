@@ -15,7 +15,7 @@ pub use correlate::{Band, CrossDelay, cross_correlation};
 pub use input::InputError;
 pub(crate) use input::{check_lines, line_sd};
 pub use joint::{Dynamics, JointDelay, joint};
-pub use onset::{Onset, OnsetShape, Step, step_onset};
+pub use onset::{Onset, OnsetShape, Step, half_rise, step_onset};
 pub use skew::{ClockFit, clock_fit};
 pub use slope::{PhaseSlope, phase_slope};
 

@@ -46,7 +46,7 @@ pub(super) fn results(result: &RunResult, plan: &CampaignPlan, folder: &Path, wa
         page,
         requirements: &plan.requirements,
         requirements_text: &plan.requirements_source.text,
-        folder: Some(folder),
+        folder,
     };
     let findings = fold(&by, &result.judged);
     Results::new(findings, record::of_run(result, folder, watch))

@@ -90,6 +90,12 @@ pub fn step_onset(repeats: &[Step], shape: OnsetShape) -> Result<Onset, DelayErr
     Ok(Onset { delay_s, u_s, dof: n - 1.0, time_constant_s, threshold_s, includes })
 }
 
+/// First of two samples from `from` on that are more than half way from the rest to the end of a step.
+pub fn half_rise(values: &[f64], from: usize, [rest, end]: [f64; 2]) -> Option<usize> {
+    let beyond = |k: usize| (values[k] - rest) / (end - rest) > 0.5;
+    (from..values.len().saturating_sub(1)).find(|&k| beyond(k) && beyond(k + 1))
+}
+
 /// A repeat from rest 0 to end 1, cut to what is fitted.
 struct Prepared {
     time_s: Vec<f64>,
@@ -126,8 +132,7 @@ impl Prepared {
                 .max((first..t.len()).find(|&k| (y[k] - rest) / rise > RAMP_PART).unwrap_or(t.len())),
             OnsetShape::Exponential { .. } => t.len(),
         };
-        let beyond = |k: usize| (y[k] - rest) / rise > 0.5;
-        let half = (first..t.len() - 1).find(|&k| beyond(k) && beyond(k + 1)).unwrap_or(first);
+        let half = half_rise(y, first, [rest, rest + rise]).unwrap_or(first);
         let value = y[..end.min(t.len())].iter().map(|v| (v - rest) / rise).collect();
         Ok(Self {
             time_s: t[..end.min(t.len())].to_vec(),

@@ -1,6 +1,7 @@
 //! One point: its moves, its ends, and what of them stands where an interlock broke it off.
 
 use analysis::estimate::Estimate;
+use analysis::load_cycle::extremes;
 
 use super::motion::{self, End, Move, Part};
 use super::plan::{Keys, Moves, SLEW};
@@ -46,7 +47,8 @@ pub(super) fn analyse(
         Moves::Full => full(case, window, &record, &moves, weak.as_ref(), &mut plots),
         Moves::Cue => {
             let ends = ends(case, window, &record, weak.as_ref(), &mut plots);
-            cues_rad = ends.as_ref().ok().and_then(|ends| between(ends));
+            let reached_rad = |ends: &Vec<End>| ends.iter().map(|end| end.reached_rad).collect::<Vec<f64>>();
+            cues_rad = ends.as_ref().ok().and_then(|ends| extremes(&reached_rad(ends)));
             [OVERSHOOT, EXCESS, SETTLING].map(|name| of_ends(name, &ends)).into()
         }
     };
@@ -168,12 +170,6 @@ fn ends(
     };
     plots.push(end_picture(case, &ends));
     Ok(ends)
-}
-
-/// The least and the greatest angle of all cues, as they were reached.
-fn between(ends: &[End]) -> Option<[f64; 2]> {
-    let reached_rad = || ends.iter().map(|end| end.reached_rad);
-    Some([reached_rad().reduce(f64::min)?, reached_rad().reduce(f64::max)?])
 }
 
 /// The worst end of all cues.

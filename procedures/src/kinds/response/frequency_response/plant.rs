@@ -271,11 +271,11 @@ fn inertia(axis: &str, lines: &[Line]) -> Result<Measurement, Reason> {
     weights.push(known_u.powi(-2));
     rises.push(1.0);
     constant.push(0.0);
-    let fit = LinearFit::new(&[constant, rises.clone()], &shown, Some(&weights)).map_err(|_| too_few())?;
+    let fit = LinearFit::new(&[constant, rises], &shown, Some(&weights)).map_err(|_| too_few())?;
     let value = fit.coefficients[0];
-    let residual = |k: usize| shown[k] - value - fit.coefficients[1] * rises[k];
-    let square = (0..stiff.len()).map(|k| weights[k] * residual(k).powi(2)).sum::<f64>() / total;
-    let share = square.sqrt() / value.abs();
+    // Of the lines alone, without the last observation.
+    let square = fit.residuals.iter().zip(&weights).take(stiff.len()).map(|(r, w)| w * r * r).sum::<f64>();
+    let share = (square / total).sqrt() / value.abs();
     let goodness = Goodness::of_lines(&stiff, fit.residual_variance, fit.dof).with_share(share);
     goodness.check()?;
     let scatter_u = goodness.widening() * fit.unscaled_covariance[(0, 0)].sqrt();

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use analysis::delay::{Band, Onset, OnsetShape, Step, cross_correlation, step_onset};
+use analysis::delay::{Band, Onset, OnsetShape, Step, cross_correlation, half_rise, step_onset};
 use analysis::estimate::Estimate;
 use analysis::uncertainty::{Component, combine, mean_of_repeats, rectangular_u};
 
@@ -66,20 +66,13 @@ pub(super) fn cut(step: Step) -> Option<Step> {
     if quiet == 0 || tail.is_empty() {
         return None;
     }
-    let risen = half(y, quiet, mean(tail))?;
+    let risen = half_rise(y, quiet, [mean(&y[..quiet]), mean(tail)])?;
     let last = t.partition_point(|at| *at <= t[risen] + AFTER_RISE_S).max(risen + LEAST_AFTER).min(t.len());
     Some(Step { since_command_s: t[..last].to_vec(), value: y[..last].to_vec() })
 }
 
 fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
-}
-
-/// First of two samples after the command that are more than half way from rest to end.
-fn half(values: &[f64], quiet: usize, end: f64) -> Option<usize> {
-    let rest = mean(&values[..quiet]);
-    let beyond = |k: usize| (values[k] - rest) / (end - rest) > 0.5;
-    (quiet..values.len() - 1).find(|&k| beyond(k) && beyond(k + 1))
 }
 
 /// Standard deviation of a median over that of a mean, for normal scatter: √(π/2).
@@ -103,55 +96,13 @@ pub(super) fn onsets(steps: &[Step]) -> Result<Onsets, Reason> {
     let time_constant_s = constants[constants.len() / 2];
     let found: Vec<Onset> =
         steps.iter().map(|step| alone(step, Some(time_constant_s))).collect::<Result<_, _>>()?;
-    let onset_s = |(step, fitted): (&Step, &Onset)| match by_rise(step, time_constant_s) {
-        // An onset long before the rise is noise that was met.
-        Some(rises) if rises.latest_s(fitted.delay_s) < rises.shown_s => rises.onset_s,
-        _ => fitted.delay_s,
-    };
-    let each_s: Vec<f64> = steps.iter().zip(&found).map(onset_s).collect();
+    let each_s: Vec<f64> = found.iter().map(|onset| onset.delay_s).collect();
     let mut sorted_s = each_s.clone();
     sorted_s.sort_by(f64::total_cmp);
     let delay_s = sorted_s[sorted_s.len() / 2];
     let u_s = mean_of_repeats(&each_s).map_or(found[0].u_s, |(_, c)| MEDIAN_RATIO * c.u);
     let noise_s = noise_s(steps, &each_s, time_constant_s);
     Ok(Onsets { delay_s, u_s, time_constant_s, each_s, noise_s })
-}
-
-/// Samples between the instant at which an exponential comes to half its height and the sample that shows it: up to one, and half
-/// of one for noise.
-const HALF_SHOWN: f64 = 1.5;
-/// Largest share of its height that tells how long ago an exponential began: noise counts more, the nearer it is to its end.
-const MOST_RISEN: f64 = 0.98;
-
-/// What the first sample beyond half the height says of a step.
-struct Rise {
-    /// When that sample was.
-    shown_s: f64,
-    /// Onset of the exponential that is there then.
-    onset_s: f64,
-    /// From an onset until a sample must show half the height.
-    half_within_s: f64,
-}
-
-impl Rise {
-    fn latest_s(&self, onset_s: f64) -> f64 {
-        onset_s + self.half_within_s
-    }
-}
-
-/// Reads a step that is cut by its first sample beyond half the height.
-fn by_rise(step: &Step, time_constant_s: f64) -> Option<Rise> {
-    let [t, y] = [&step.since_command_s, &step.value];
-    let quiet = t.partition_point(|t| *t < 0.0);
-    let end = *y.last().filter(|_| quiet > 0)?;
-    let risen = half(y, quiet, end)?;
-    let rest = mean(&y[..quiet]);
-    let share = ((y[risen] - rest) / (end - rest)).min(MOST_RISEN);
-    Some(Rise {
-        shown_s: t[risen],
-        onset_s: t[risen] + time_constant_s * (1.0 - share).ln(),
-        half_within_s: time_constant_s * std::f64::consts::LN_2 + HALF_SHOWN * (t[risen] - t[risen - 1]),
-    })
 }
 
 /// Standard deviation of the onset of one step by the noise of its rest, all steps together: what white noise leaves of it
