@@ -52,6 +52,12 @@ impl MeasuredConstant {
     }
 }
 
+/// What a torque that was told from a current may change by while the motor warms up or cools down by so many kelvin: a
+/// standard uncertainty, N·m.
+pub(crate) fn warming_u_nm(torque_nm: f64, kelvin: f64) -> f64 {
+    rectangular_u(REMANENCE_PER_K * kelvin.abs() * torque_nm.abs())
+}
+
 /// How well torques are known that were told from a current.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TorqueScale {

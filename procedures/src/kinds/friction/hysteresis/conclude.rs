@@ -4,7 +4,7 @@ use std::fmt::Display;
 
 use analysis::estimate::Estimate;
 use analysis::goodness::BY_SCATTER;
-use analysis::gravity::{Gravity, MOST_INFLATION, unbalance_of_poses};
+use analysis::gravity::{Gravity, LargestSpring, MOST_INFLATION, unbalance_of_poses};
 use analysis::stribeck::{LEAST_POINTS, NoCurve, Point, StribeckFit, ViscousLine};
 use analysis::uncertainty::{Component, combine, rectangular_u};
 
@@ -13,7 +13,7 @@ use super::pictures::{friction_curve, half_sum, spectrum};
 use super::point::SlidingPoint;
 use super::sweep::Sweep;
 use super::{COULOMB, SHAPE, SPRING, STATIC, STIFFNESS, STRIBECK, UNBALANCE, VISCOUS};
-use crate::axis::{Axes, AxisLimits, TorqueScale};
+use crate::axis::{Axes, AxisLimits, TorqueScale, warming_u_nm};
 use crate::case::Case;
 use crate::measurement::{Conclusion, Evidence, Exclusion, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
@@ -30,7 +30,7 @@ pub(super) const FASTEST_FOR_GRAVITY_RAD_PER_S: f64 = 10.001 * std::f64::consts:
 /// Whole cogging periods that a point needs for unbalance and spring.
 const LEAST_PERIODS: usize = 6;
 /// Estimators and versions of unbalance and spring.
-const GRAVITY_ESTIMATOR: &str = "gravity-spring/3";
+const GRAVITY_ESTIMATOR: &str = "gravity-spring/4";
 const POSES_ESTIMATOR: &str = "opposite-poses/2";
 
 /// What the procedure says in the end.
@@ -298,7 +298,13 @@ impl<'a> SeparatingPoint<'a> {
         let by_direction_nm = (DIRECTION_SHARE * self.point.friction_nm()).min(whole_nm);
         // Where friction grows with the angle, what it differs by in both directions grows, too.
         let by_slope = rectangular_u(DIRECTION_SHARE * self.point.friction_slope_per_rad.abs());
-        let spring_u_nm = found.u_nm.hypot(rectangular_u(by_direction_nm));
+        // What grows with time grows with the angle one way and against it the other way, as a spring does.
+        let by_warming = warming_u_nm(self.point.friction_nm(), self.point.kelvin_per_rad);
+        let systematic_u = by_slope.hypot(by_warming);
+        let spring_u_nm = found
+            .u_nm
+            .hypot(rectangular_u(by_direction_nm))
+            .hypot(systematic_u * self.lever_rad(&found, limits));
         let mut unbalance = self.value(UNBALANCE, axis, Q::Torque, unbalance_nm.abs(), unbalance_u_nm);
         let mut spring = self.value(SPRING, axis, Q::Torque, found.torque_nm, spring_u_nm);
         for m in [&mut unbalance, &mut spring] {
@@ -316,8 +322,16 @@ impl<'a> SeparatingPoint<'a> {
         vec![
             unbalance,
             spring,
-            self.value(STIFFNESS, axis, Q::Stiffness, stiffness, stiffness_u.hypot(by_slope)),
+            self.value(STIFFNESS, axis, Q::Stiffness, stiffness, stiffness_u.hypot(systematic_u)),
         ]
+    }
+
+    /// Over which angle a stiffness adds to the spring torque: from the middle of what was measured, or from the rest angle.
+    fn lever_rad(&self, found: &LargestSpring, limits: &AxisLimits) -> f64 {
+        match self.point.half_sum.angles_rad() {
+            Some([from, to]) if found.beyond_nm == 0.0 => (found.at_rad - 0.5 * (from + to)).abs(),
+            _ => limits.travel_rad[1] - limits.travel_rad[0],
+        }
     }
 
     fn value(&self, name: &str, axis: &str, kind: Q, value: f64, u: f64) -> Measurement {

@@ -55,6 +55,8 @@ pub(super) struct SlidingPoint {
     pub(super) unsettled_count: usize,
     /// Growth of friction with the angle, per radian.
     pub(super) friction_slope_per_rad: f64,
+    /// By how much the heat sink warmed up or cooled down on a radian of a stroke, a magnitude; 0 where the log does not hold it.
+    pub(super) kelvin_per_rad: f64,
     /// `None` where periods, bins or bandwidth do not suffice for a spectrum.
     pub(super) cogging: Option<Cogging>,
     pub(super) conditions: Vec<Condition>,
@@ -166,7 +168,8 @@ pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult 
     result.plots.extend(pictures::hysteresis_loop(case, record.kind, &finding));
     let evenness = evenness::measure(&finding, &friction, record.torque_scale);
     if finding.friction.is_some() || finding.one_sided {
-        result.reduced = Reduced::to(sliding_point(case, &record, finding, &friction));
+        let kelvin_per_rad = kelvin_per_rad(&record, window, &finding);
+        result.reduced = Reduced::to(sliding_point(case, &record, finding, &friction, kelvin_per_rad));
     } else {
         result.inconclusive = finding.trouble;
     }
@@ -176,7 +179,13 @@ pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult 
 }
 
 /// What the point leaves for `conclude`.
-fn sliding_point(case: &Case, record: &Record<'_>, finding: Finding, friction: &Measurement) -> SlidingPoint {
+fn sliding_point(
+    case: &Case,
+    record: &Record<'_>,
+    finding: Finding,
+    friction: &Measurement,
+    kelvin_per_rad: f64,
+) -> SlidingPoint {
     let own = |estimate: &Estimate| Friction {
         effort: estimate.value,
         own_u: own_spread(finding.quantum_u, estimate).u,
@@ -206,10 +215,28 @@ fn sliding_point(case: &Case, record: &Record<'_>, finding: Finding, friction: &
         half_sum: finding.half_sum.part(settled),
         unsettled_count: low + high,
         friction_slope_per_rad,
+        kelvin_per_rad,
         cogging,
         conditions: friction.conditions.clone(),
         evidence: finding.evidence,
     }
+}
+
+/// See [`SlidingPoint::kelvin_per_rad`].
+fn kelvin_per_rad(record: &Record<'_>, window: &Window, finding: &Finding) -> f64 {
+    let (Some(rad_per_s), [strokes]) = (finding.achieved_rad_per_s, &finding.evidence[..]) else {
+        return 0.0;
+    };
+    let rows = window.rows(record.topic);
+    let Some((rows, degc)) = rows.and_then(|rows| Some((rows, rows.column("heat_sink_degc")?))) else {
+        return 0.0;
+    };
+    let times = rows.time_s.iter().zip(degc);
+    let within = times.filter(|(t, _)| (strokes.t0_s..=strokes.t1_s).contains(*t)).map(|(_, degc)| *degc);
+    let [low, high] =
+        within.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], degc| [low.min(degc), high.max(degc)]);
+    let per_rad = (high - low) / (strokes.t1_s - strokes.t0_s) / rad_per_s.abs();
+    if per_rad.is_finite() { per_rad } else { 0.0 }
 }
 
 /// Friction of the point: type A with quantum and torque constant.

@@ -2,6 +2,7 @@
 
 use super::synthetic_axis::{azimuth, elevation};
 use super::*;
+use crate::log::Channel;
 
 const RATE_HZ: f64 = 4000.0;
 
@@ -68,6 +69,37 @@ fn what_a_stroke_begins_with_is_no_unbalance_of_elevation() {
             let left_out: Vec<usize> = unbalance.excluded.iter().map(|e| e.count).collect();
             assert!(matches!(left_out[..], [1..=4]), "{left_out:?}");
         }
+    }
+}
+
+/// A motor that loses torque while it warms up needs more current from period to period, whichever way it goes: as a spring in both
+/// directions.
+#[test]
+fn a_motor_that_warms_up_during_the_strokes_is_no_spring() {
+    let truth = azimuth();
+    let text = "[sweep]\nvelocity = [\"2 deg/s\"]\nspan = \"-60 deg .. 60 deg\"\ncycles = 1\n";
+    let warm = |window: &mut Window| {
+        for rows in &mut window.topics {
+            let start_s = rows.time_s[0];
+            let kelvin: Vec<f64> = rows.time_s.iter().map(|t| (t - start_s) / 60.0).collect();
+            for (current_a, kelvin) in rows.columns[1].iter_mut().zip(&kelvin) {
+                *current_a *= 1.0 + 0.001 * kelvin;
+            }
+            let channel = Channel { name: "heat_sink_degc".to_owned(), ..rows.topic.channels[0].clone() };
+            rows.topic.channels.push(channel);
+            rows.columns.push(kelvin.iter().map(|kelvin| 30.0 + kelvin).collect());
+        }
+    };
+    let sound = run(text, &truth, RATE_HZ, 5);
+    let warm = run_spoiled(text, &truth, RATE_HZ, 5, warm);
+    for measurand in ["spring-stiffness", "spring-torque"] {
+        let [sound, warm] = [&sound, &warm].map(|found| find(found, measurand));
+        let value = warm.value.expect("a value");
+        assert!(
+            (value - sound.value.expect("a value")).abs() > 4.0 * sound.u,
+            "{measurand}: it shows: {value}"
+        );
+        assert!(value.abs() < 2.0 * warm.u, "{measurand}: {value} ± {}, and there is none", warm.u);
     }
 }
 
