@@ -17,6 +17,7 @@ mod peak;
 mod pictures;
 mod point;
 mod reach;
+mod static_map;
 mod strokes;
 mod sweep;
 
