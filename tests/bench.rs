@@ -105,6 +105,12 @@ pub(crate) fn procedure(run: &Path, id: &str) -> serde_json::Value {
     procedures.into_iter().find(|p| p["id"] == id).expect("it was planned")
 }
 
+/// What all procedures of a run measured.
+pub(crate) fn measurements(run: &Path) -> Vec<serde_json::Value> {
+    let procedures = found(run)["procedures"].as_array().expect("a list of procedures").clone();
+    procedures.iter().flat_map(|p| p["measurements"].as_array().cloned().unwrap_or_default()).collect()
+}
+
 /// What became of each requirement in a run.
 pub(crate) fn outcomes(run: &Path) -> Vec<serde_json::Value> {
     found(run)["outcomes"].as_array().expect("a list of outcomes").clone()

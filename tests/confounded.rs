@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::bench::{folder, run_in, verdict, write};
+use crate::bench::{folder, measurements, run_in, verdict, write};
 
 /// A friction procedure of one axis, the force gauge after it.
 fn campaign(axis: &str) -> String {
@@ -32,11 +32,7 @@ fn limit(axis: &str, at_most: &str) -> String {
 
 /// Largest friction up to 10 deg/s with its expanded uncertainty, by what the run found.
 fn largest_friction(run: &Path) -> [f64; 2] {
-    let text = std::fs::read_to_string(run.join("results.json")).expect("results");
-    let results: serde_json::Value = serde_json::from_str(&text).expect("JSON");
-    let procedures = results["findings"]["procedures"].as_array().expect("procedures").clone();
-    let all = procedures.iter().flat_map(|p| p["measurements"].as_array().cloned().unwrap_or_default());
-    let friction = all.filter(|m| m["measurand"] == "friction-torque");
+    let friction = measurements(run).into_iter().filter(|m| m["measurand"] == "friction-torque");
     let values = friction.map(|m| [m["value"].as_f64().expect("a value"), 2.0 * m["u"].as_f64().expect("u")]);
     values.max_by(|a, b| a[0].total_cmp(&b[0])).expect("friction was measured")
 }
@@ -114,10 +110,7 @@ fn breakaway(axis: &str, unit: &str) -> [f64; 2] {
     write(folder.path(), "pair.toml", &campaign);
     let words = ["run", "./pair.toml", "--unit", "unit.toml", "--out", "run", "--non-interactive"];
     let said = run_in(folder.path(), &words);
-    let text = std::fs::read_to_string(folder.path().join("run/results.json")).expect("results");
-    let results: serde_json::Value = serde_json::from_str(&text).expect("JSON");
-    let procedures = results["findings"]["procedures"].as_array().expect("procedures").clone();
-    let mut all = procedures.iter().flat_map(|p| p["measurements"].as_array().cloned().unwrap_or_default());
+    let mut all = measurements(&folder.path().join("run")).into_iter();
     let asked = |m: &serde_json::Value, name: &str, value: f64| {
         let conditions = m["conditions"].as_array().expect("conditions");
         conditions.iter().any(|c| c["name"] == name && c["requested"] == value)
@@ -248,10 +241,7 @@ fn retuned_look(lines: &str, retune: &dyn Fn(&str) -> String, procedures: &[&str
 
 /// Value and standard uncertainty of every measurement of this name and axis.
 fn found(run: &Path, measurand: &str, axis: &str) -> Vec<[f64; 2]> {
-    let text = std::fs::read_to_string(run.join("results.json")).expect("results");
-    let results: serde_json::Value = serde_json::from_str(&text).expect("JSON");
-    let procedures = results["findings"]["procedures"].as_array().expect("procedures").clone();
-    let all = procedures.iter().flat_map(|p| p["measurements"].as_array().cloned().unwrap_or_default());
+    let all = measurements(run).into_iter();
     all.filter(|m| m["measurand"] == measurand && m["axis"] == axis)
         .filter_map(|m| Some([m["value"].as_f64()?, m["u"].as_f64()?]))
         .collect()

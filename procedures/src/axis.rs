@@ -11,7 +11,7 @@ mod tests;
 mod torque;
 
 pub use axes::{Axes, Axis, Gimbal, MAX_AXES, NoGimbal};
-pub(crate) use torque::warming_u_nm;
+pub(crate) use torque::warming;
 pub use torque::{MeasuredConstant, TorqueScale};
 
 /// Limits and scales of one axis, as the rig file declares them. Angles rad, torques N·m, times s.

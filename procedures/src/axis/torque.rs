@@ -47,15 +47,13 @@ impl MeasuredConstant {
 
     /// The same constant where the heat sink differs by as much as `kelvin` from when it was measured.
     pub fn at_other_temperature(&self, kelvin: f64) -> Self {
-        let drift = Component::rectangular(REMANENCE_PER_K * kelvin.abs());
-        Self { relative: combine(&[self.relative, drift]), ..self.clone() }
+        Self { relative: combine(&[self.relative, warming(kelvin)]), ..self.clone() }
     }
 }
 
-/// What a torque that was told from a current may change by while the motor warms up or cools down by so many kelvin: a
-/// standard uncertainty, N·m.
-pub(crate) fn warming_u_nm(torque_nm: f64, kelvin: f64) -> f64 {
-    rectangular_u(REMANENCE_PER_K * kelvin.abs() * torque_nm.abs())
+/// What a torque constant may change by, relative to itself, where the heat sink changes by so many kelvin.
+pub(crate) fn warming(kelvin: f64) -> Component {
+    Component::rectangular(REMANENCE_PER_K * kelvin.abs())
 }
 
 /// How well torques are known that were told from a current.

@@ -13,7 +13,7 @@ use super::pictures::{friction_curve, half_sum, spectrum};
 use super::point::SlidingPoint;
 use super::sweep::Sweep;
 use super::{COULOMB, SHAPE, SPRING, STATIC, STIFFNESS, STRIBECK, UNBALANCE, VISCOUS};
-use crate::axis::{Axes, AxisLimits, TorqueScale, warming_u_nm};
+use crate::axis::{Axes, AxisLimits, TorqueScale, warming};
 use crate::case::Case;
 use crate::measurement::{Conclusion, Evidence, Exclusion, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
@@ -299,7 +299,7 @@ impl<'a> SeparatingPoint<'a> {
         // Where friction grows with the angle, what it differs by in both directions grows, too.
         let by_slope = rectangular_u(DIRECTION_SHARE * self.point.friction_slope_per_rad.abs());
         // What grows with time grows with the angle one way and against it the other way, as a spring does.
-        let by_warming = warming_u_nm(self.point.friction_nm(), self.point.kelvin_per_rad);
+        let by_warming = warming(self.point.kelvin_per_rad).u * self.point.friction_nm().abs();
         let systematic_u = by_slope.hypot(by_warming);
         let spring_u_nm = found
             .u_nm

@@ -115,6 +115,8 @@ pub(super) struct Finding {
     pub(super) quantum_u: f64,
     /// Largest relative error of J·α at the cogging order.
     pub(super) gain_error_ratio: f64,
+    /// See [`SlidingPoint::kelvin_per_rad`].
+    pub(super) kelvin_per_rad: f64,
     /// Half the sum of the means of both directions.
     pub(super) offset: Option<f64>,
     pub(super) forward: EffortCurve,
@@ -160,8 +162,7 @@ pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult 
     result.plots.extend(pictures::hysteresis_loop(case, record.kind, &finding));
     let evenness = evenness::measure(&finding, &friction, record.torque_scale);
     if finding.friction.is_some() || finding.one_sided {
-        let kelvin_per_rad = kelvin_per_rad(&record, window, &finding);
-        result.reduced = Reduced::to(sliding_point(case, &record, finding, &friction, kelvin_per_rad));
+        result.reduced = Reduced::to(sliding_point(case, &record, finding, &friction));
     } else {
         result.inconclusive = finding.trouble;
     }
@@ -171,13 +172,7 @@ pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult 
 }
 
 /// What the point leaves for `conclude`.
-fn sliding_point(
-    case: &Case,
-    record: &Record<'_>,
-    finding: Finding,
-    friction: &Measurement,
-    kelvin_per_rad: f64,
-) -> SlidingPoint {
+fn sliding_point(case: &Case, record: &Record<'_>, finding: Finding, friction: &Measurement) -> SlidingPoint {
     let own = |estimate: &Estimate| Friction {
         effort: estimate.value,
         own_u: own_spread(finding.quantum_u, estimate).u,
@@ -207,28 +202,11 @@ fn sliding_point(
         half_sum: finding.half_sum.part(settled),
         unsettled_count: low + high,
         friction_slope_per_rad,
-        kelvin_per_rad,
+        kelvin_per_rad: finding.kelvin_per_rad,
         cogging,
         conditions: friction.conditions.clone(),
         evidence: finding.evidence,
     }
-}
-
-/// See [`SlidingPoint::kelvin_per_rad`].
-fn kelvin_per_rad(record: &Record<'_>, window: &Window, finding: &Finding) -> f64 {
-    let (Some(rad_per_s), [strokes]) = (finding.achieved_rad_per_s, &finding.evidence[..]) else {
-        return 0.0;
-    };
-    let rows = window.rows(record.topic);
-    let Some((rows, degc)) = rows.and_then(|rows| Some((rows, rows.column("heat_sink_degc")?))) else {
-        return 0.0;
-    };
-    let times = rows.time_s.iter().zip(degc);
-    let within = times.filter(|(t, _)| (strokes.t0_s..=strokes.t1_s).contains(*t)).map(|(_, degc)| *degc);
-    let [low, high] =
-        within.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], degc| [low.min(degc), high.max(degc)]);
-    let per_rad = (high - low) / (strokes.t1_s - strokes.t0_s) / rad_per_s.abs();
-    if per_rad.is_finite() { per_rad } else { 0.0 }
 }
 
 /// Friction of the point: type A with quantum and torque constant.

@@ -10,6 +10,7 @@ use analysis::cogging::Branch;
 use analysis::derivative::Differentiator;
 use analysis::friction::{SlowChange, half_difference};
 use analysis::gravity::HalfSum;
+use analysis::load_cycle::extremes;
 use analysis::plateau::{longest_steady, mean_velocity_rad_per_s};
 
 use super::cogging;
@@ -18,7 +19,7 @@ use super::sweep::{self, Reach, STROKES, Sweep};
 use crate::axis::{Axes, AxisLimits, TorqueScale};
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
-use crate::log::Window;
+use crate::log::{Rows, SegmentSpan, Window};
 use crate::measurement::{Evidence, Exclusion};
 use crate::quantity::QuantityKind as Q;
 use crate::reason::{FrictionReason, Reason};
@@ -59,6 +60,8 @@ struct Ran<'a> {
     bridged_s: Option<f64>,
     period_rad: f64,
     velocity_rad_per_s: f64,
+    /// Mean rate at which the heat sink warmed up or cooled down, a magnitude; 0 where the log does not hold it.
+    kelvin_per_s: f64,
     steady: Vec<SteadyStroke>,
     /// Strokes without a steady stretch of one cogging period.
     unsteady_count: usize,
@@ -80,10 +83,22 @@ pub(super) fn find(case: &Case, window: &Window, record: &Record<'_>, limits: &A
             finding.evidence = ran.record.evidence(&ran.rows);
             finding.quantum_u = ran.record.quantum_u(ran.rows.clone());
             finding.trouble = evaluate(&ran, limits, &mut finding).err();
+            finding.kelvin_per_rad =
+                finding.achieved_rad_per_s.map_or(0.0, |rad_per_s| ran.kelvin_per_s / rad_per_s.abs());
         }
         Err(reason) => finding.trouble = Some(reason),
     }
     finding
+}
+
+/// See [`Ran::kelvin_per_s`].
+fn kelvin_per_s(window: &Window, axis: &str, span: &SegmentSpan) -> f64 {
+    let seen = |rows: &Rows| {
+        let degc = rows.column("heat_sink_degc")?[rows.range(span.start_s, span.end_s)].iter().copied();
+        extremes(&degc.filter(|degc| degc.is_finite()).collect::<Vec<_>>())
+    };
+    let extremes_degc = window.rows(&format!("/{axis}")).and_then(seen);
+    extremes_degc.map_or(0.0, |[low, high]| (high - low) / (span.end_s - span.start_s))
 }
 
 fn ran<'a>(
@@ -114,6 +129,7 @@ fn ran<'a>(
         bridged_s: rows.missing().map(|gap| gap.lasted_s),
         period_rad,
         velocity_rad_per_s,
+        kelvin_per_s: kelvin_per_s(window, &case.axis, span),
         steady: Vec::new(),
         unsteady_count: 0,
     };
