@@ -19,6 +19,13 @@ fn the_nominal_unit_bears_the_duty_cycle_of_both_axes_at_once() {
     let folder = folder();
     let (said, verdicts) = measured(folder.path(), "nominal");
     assert_eq!(verdicts, ["pass"; 5], "{}\n{}", said.out, said.err);
+    // MOT-DUTY is about each axis alone, too; the others are about both at once.
+    assert_eq!(said.code, 3, "{}", said.out);
+    let alone = "MOT-DUTY: not measured: rms-current-az: moving-axes 1 .. 2, reached 2 only";
+    assert!(said.out.contains(alone), "{}", said.out);
+    for id in &IDS[1..] {
+        assert!(!said.out.contains(&format!("{id}: not measured")), "{id}\n{}", said.out);
+    }
 }
 
 #[test]

@@ -20,7 +20,11 @@ pub const CONDITIONS: &[(&str, QuantityKind)] = &[
     ("step", QuantityKind::Angle),
     ("frame-rate", QuantityKind::Frequency),
     ("amplitude", QuantityKind::Angle),
+    (MOVING_AXES, QuantityKind::Count),
 ];
+
+/// How many axes move at once.
+pub(crate) const MOVING_AXES: &str = "moving-axes";
 
 /// Two requested values are the same if they differ by less than this part of the larger one: both were parsed from
 /// text, perhaps in different units.

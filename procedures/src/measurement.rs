@@ -5,6 +5,7 @@ use std::fmt::Display;
 use std::sync::Arc;
 
 pub use analysis::estimate::Estimate;
+use analysis::goodness::Goodness;
 use analysis::uncertainty::{Component, combine};
 use serde::{Deserialize, Serialize};
 
@@ -214,6 +215,12 @@ impl Measurement {
         };
         self.flags.push(format!("{side}: {}", bound.reason()));
         self.bound = Some(bound);
+    }
+
+    /// Says how well a model describes what the value was fitted to; where it does not, no verdict rests on the value.
+    pub fn rest_on(&mut self, goodness: &Goodness) {
+        self.flags.extend(goodness.flag());
+        self.inconclusive = goodness.check().err().map(|hopeless| hopeless.to_string());
     }
 
     /// Says over which angles it was measured, in a flag, too.

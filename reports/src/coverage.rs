@@ -92,6 +92,24 @@ mod tests {
         assert_eq!((coverage.elsewhere.len(), coverage.all()), (0, 10));
     }
 
+    /// "Measured 47 of 47" once counted what has no number.
+    #[test]
+    fn what_was_screened_or_only_reported_is_not_judged() {
+        let mut results = sample::results();
+        let before = Coverage::of(&results.findings).judged.len();
+        let measured: Vec<usize> = (0..results.findings.outcomes.len())
+            .filter(|&k| results.findings.outcomes[k].judged > 0)
+            .collect();
+        results.findings.outcomes[measured[0]].verdict = Verdict::Screened;
+        results.findings.outcomes[measured[1]].verdict = Verdict::None;
+        let ids = [0, 1].map(|k| results.findings.outcomes[measured[k]].requirement.clone());
+        let coverage = Coverage::of(&results.findings);
+        assert_eq!(coverage.screened, [ids[0].as_str()]);
+        assert_eq!(coverage.reported, [ids[1].as_str()]);
+        assert_eq!(coverage.judged.len(), before - 2);
+        assert_eq!(coverage.all(), 10);
+    }
+
     #[test]
     fn points_that_did_not_complete_are_counted() {
         assert_eq!(completed(&sample::results().findings), [[2, 2], [4, 5]]);

@@ -22,7 +22,7 @@ pub struct Cover {
     pub axis: Option<String>,
     /// Name of the condition, e.g. `elevation`, or `angle`.
     pub condition: String,
-    /// Ends of the stretch, SI.
+    /// Ends of the stretch, SI; equal for a single value.
     pub range: [f64; 2],
     /// Largest distance between neighbouring values, SI.
     pub largest_gap: f64,
@@ -49,9 +49,18 @@ pub(super) const FIELDS: &[Field] = &[
         "Condition, e.g. `elevation`, by the values that were reached; `angle`: the angles of the axis between which a value was \
          measured.",
     ),
-    Field::required("range", Shape::Text, "Range, e.g. `-6 deg .. 86 deg`."),
-    Field::required("gap", Shape::Text, "Largest distance between neighbouring values, e.g. `11 deg`."),
-    Field::required("ends", Shape::Text, "How far from each end the nearest value may lie, e.g. `1 deg`."),
+    Field::optional("range", Shape::Text, "Range, e.g. `-6 deg .. 86 deg`."),
+    Field::optional(
+        "gap",
+        Shape::Text,
+        "Largest distance between neighbouring values of the range, e.g. `11 deg`.",
+    ),
+    Field::optional("at", Shape::Text, "In place of `range` and `gap`: a single value, e.g. `0 deg`."),
+    Field::required(
+        "ends",
+        Shape::Text,
+        "How far from each end of the range, or from the single value, the nearest value may lie, e.g. `1 deg`.",
+    ),
 ];
 
 /// Reads an entry of `covers`.
@@ -64,6 +73,17 @@ pub(super) fn read(table: &mut TableReader<'_>) -> Option<Cover> {
         table.mistake("condition", format!("unknown condition `{condition}`"), Some(help));
         return None;
     };
+    let ends = length(table, "ends", kind)?;
+    if table.has("at") == table.has("range") || table.has("at") && table.has("gap") {
+        let help = "write `range` with `gap` for a stretch, or `at` for a single value";
+        table.mistake("condition", "a claim needs either a range or a single value", Some(help.to_owned()));
+        return None;
+    }
+    if let Some(text) = table.text("at") {
+        let value =
+            kind.parse(&text).map_err(|e| table.mistake("at", format!("`at`: {e}"), e.help())).ok()?;
+        return Some(Cover { measurand, axis, condition, range: [value; 2], largest_gap: 0.0, ends, text });
+    }
     let range = limit(table, "range", kind)?;
     let (Some(low), Some(high)) = (range.low, range.high) else {
         let help = format!("write both ends, e.g. `{} .. …`", kind.example());
@@ -71,7 +91,6 @@ pub(super) fn read(table: &mut TableReader<'_>) -> Option<Cover> {
         return None;
     };
     let largest_gap = length(table, "gap", kind)?;
-    let ends = length(table, "ends", kind)?;
     Some(Cover { measurand, axis, condition, range: [low, high], largest_gap, ends, text: range.text })
 }
 
@@ -108,7 +127,7 @@ impl Requirement {
             if own.is_empty() {
                 continue;
             }
-            let axes = self.axes_to_cover(&own);
+            let axes = self.axes_to_cover(&judged.measurand, &own);
             for axis in &axes {
                 let on_axis: Vec<&Measurement> = own.iter().copied().filter(|m| m.axis == *axis).collect();
                 let place = if axes.len() > 1 { format!(" on {axis}") } else { String::new() };
@@ -124,14 +143,17 @@ impl Requirement {
         missing
     }
 
-    /// Axes that must be covered: those that the requirement names, else every one that was measured.
-    fn axes_to_cover(&self, measured: &[&Measurement]) -> Vec<String> {
-        let mut axes = self.axes.clone();
-        if axes.is_empty() {
-            for measurement in measured {
-                if !axes.contains(&measurement.axis) {
-                    axes.push(measurement.axis.clone());
-                }
+    /// Axes that must be covered: those that the requirement names, else every one that was measured or has a stretch of its own.
+    fn axes_to_cover(&self, measurand: &str, measured: &[&Measurement]) -> Vec<String> {
+        if !self.axes.is_empty() {
+            return self.axes.clone();
+        }
+        let named = self.covers.iter().filter(|c| c.measurand.as_ref().is_none_or(|own| own == measurand));
+        let named = named.filter_map(|cover| cover.axis.as_ref());
+        let mut axes: Vec<String> = Vec::new();
+        for axis in measured.iter().map(|m| &m.axis).chain(named) {
+            if !axes.contains(axis) {
+                axes.push(axis.clone());
             }
         }
         axes
@@ -141,10 +163,22 @@ impl Requirement {
 impl Cover {
     /// `elevation -6 deg .. 86 deg, gaps up to 11 deg`.
     pub fn text(&self) -> String {
-        let gap = kind_of(&self.condition).map_or_else(String::new, |kind| kind.format(self.largest_gap));
         let axis = self.axis.as_ref().map_or_else(String::new, |axis| format!("{axis}: "));
         let measurand = self.measurand.as_ref().map_or_else(String::new, |name| format!("{name}: "));
-        format!("{axis}{measurand}{} {}, gaps up to {gap}", self.condition, self.text)
+        let gaps = match kind_of(&self.condition) {
+            Some(kind) if !self.is_single() => format!(", gaps up to {}", kind.format(self.largest_gap)),
+            _ => String::new(),
+        };
+        format!("{axis}{measurand}{}{gaps}", self.stretch())
+    }
+
+    /// `elevation -6 deg .. 86 deg`, or `elevation 0 deg`.
+    fn stretch(&self) -> String {
+        format!("{} {}", self.condition, self.text)
+    }
+
+    fn is_single(&self) -> bool {
+        self.range[0] == self.range[1]
     }
 
     fn is_about(&self, measurand: &str, axis: &str) -> bool {
@@ -173,7 +207,7 @@ impl Cover {
         // Values were parsed from degrees and come back from sums: equal up to rounding is equal.
         let rounding = ROUNDING_RATIO * low.abs().max(high.abs());
         let Some(&[least, first_end]) = reached.first() else {
-            return Some(format!("{} {}, reached nowhere", self.condition, self.text));
+            return Some(format!("{}, reached nowhere", self.stretch()));
         };
         let mut most = first_end;
         let mut gaps = Vec::new();
@@ -195,7 +229,7 @@ impl Cover {
         } else {
             return None;
         };
-        Some(format!("{} {}, {lacking}", self.condition, self.text))
+        Some(format!("{}, {lacking}", self.stretch()))
     }
 }
 
@@ -203,5 +237,5 @@ impl Cover {
 fn shown(kind: QuantityKind, value_si: f64) -> String {
     let value = kind.to_display(value_si);
     let rounded: f64 = format!("{value:.2e}").parse().unwrap_or(value);
-    format!("{rounded} {}", kind.display_unit())
+    format!("{rounded} {}", kind.display_unit()).trim_end().to_owned()
 }

@@ -167,4 +167,17 @@ fn claims_name_axes_and_stretches_and_their_mistakes_are_pointed_at() {
     let other =
         wrong(&format!("measurand = 'gap', condition = 'elevation', range = '1 deg .. 2 deg', {rest}"));
     assert!(other.contains("the requirement does not judge the measurand `gap`"), "{other}");
+    for keys in
+        [", at = '1 deg', range = '1 deg .. 2 deg', gap = '1 deg'", ", at = '1 deg', gap = '1 deg'", ""]
+    {
+        let both = wrong(&format!("condition = 'elevation', ends = '1 deg'{keys}"));
+        assert!(both.contains("either a range or a single value"), "{keys}: {both}");
+    }
+    let single = one("measurand = ['friction-torque']\nlimit = '<= 260 N*m'\n\
+         covers = [{ axis = 'az', condition = 'elevation', at = '20 deg', ends = '5 deg' }]");
+    assert_eq!(single.claims(), ["az: elevation 20 deg"]);
+    let goal = "measurand = ['friction-torque']\ngoal = '<= 210 N*m'\ncovers = [{ condition = 'elevation', \
+                range = '1 deg .. 2 deg', gap = '0 deg', ends = '1 deg' }]";
+    let reported = messages(&format!("schema = 1\n{}", requirement(goal)));
+    assert!(reported.contains("`covers` without a limit claims nothing"), "{reported}");
 }

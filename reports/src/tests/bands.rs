@@ -1,4 +1,4 @@
-//! A measurand whose limit is another one in a band of conditions.
+//! A requirement with several limits: of several measurands, and of one in bands of conditions.
 
 use procedures::quantity::QuantityKind;
 use procedures::verdict::MeasurandOutcome;
@@ -49,6 +49,31 @@ fn each_band_has_a_row_with_its_own_limit_in_every_format() {
     let limits: Vec<&str> =
         base.iter().filter(|r| r.iter().any(|cell| cell == "FRC-AZ")).map(|r| r[11].as_str()).collect();
     assert_eq!(limits, ["<= 260 N*m", BAND]);
+}
+
+/// `MOT-CUR-AZ` fails by its mean current and by its peak: whoever reads of one must read of the other.
+#[test]
+fn a_shortfall_of_a_second_measurand_has_a_row_of_its_own_in_every_format() {
+    const SECOND: &str = "<= 42.6 N*m";
+    let mut results = banded();
+    let outcome = results.findings.outcomes.iter_mut().find(|o| o.requirement == "FRC-AZ").expect("banded");
+    let second = &mut outcome.by_measurand[1];
+    second.measurand = "peak-current-az".to_owned();
+    second.band = None;
+    second.decided_by.1.band = None;
+    second.decided_by.1.limit = QuantityKind::Torque.parse_limit(SECOND).ok();
+    for name in ["html", "md", "junit", "requirements-csv"] {
+        let text = rendered(name, &results);
+        let before = rendered(name, &without_pictures());
+        assert!(text.contains("42.6") && !before.contains("42.6"), "{name}");
+    }
+    let junit = rendered("junit", &results);
+    let failing =
+        junit.split("<testcase").filter(|case| case.contains("\"FRC-AZ ") && case.contains("<failure"));
+    assert_eq!(failing.count(), 2, "{junit}");
+    let base = csv_records(&rendered("requirements-csv", &results));
+    let rows = base.iter().filter(|r| r.iter().any(|cell| cell == "FRC-AZ"));
+    assert_eq!(rows.map(|r| r[11].as_str()).collect::<Vec<_>>(), ["<= 260 N*m", SECOND]);
 }
 
 #[test]

@@ -1,7 +1,10 @@
+use std::collections::{BTreeMap, BTreeSet};
+
 use procedures::case::Case;
+use procedures::condition::same;
 use procedures::kinds::{self, Measurand};
 use procedures::measurement::{Condition, Measurement};
-use procedures::requirement::Requirement;
+use procedures::requirement::{Judged, Requirement};
 use procedures::stimulus::Stimulus;
 use procedures::verdict::applies;
 
@@ -144,7 +147,11 @@ fn loops_in_a_rebuilt_unit_want_polarity_of_their_own_and_no_check_of_it_waits_f
 }
 
 /// Measurands that say over which angles they were measured, with the beginning of the labels of the segments that they look at.
-const STATE_ANGLES: [(&str, &str); 9] = [
+const STATE_ANGLES: [(&str, &str); 13] = [
+    ("cogging-order", ""),
+    ("cogging-amplitude", ""),
+    ("cogging-harmonic", ""),
+    ("cogging-peak", ""),
     ("friction-torque", ""),
     ("friction-difference", ""),
     ("friction-unevenness", ""),
@@ -155,6 +162,16 @@ const STATE_ANGLES: [(&str, &str); 9] = [
     ("cue-overshoot-excess", "slew"),
     ("cue-settling-time", "slew"),
 ];
+
+/// The axes on which a case measures it: a drive's load is that of its own axis, whichever one the case is about.
+fn axes_of<'a>(measurand: &str, case: &'a Case) -> Vec<&'a str> {
+    let moved = case.moved_axes();
+    match moved.iter().find(|axis| measurand.ends_with(&format!("-current-{axis}"))) {
+        Some(axis) => vec![axis],
+        None if ["heat-sink-end", "time-above-continuous"].contains(&measurand) => moved,
+        None => vec![&case.axis],
+    }
+}
 
 /// What a campaign measures in the final build state, if every point reaches what is asked of it.
 fn reached_as_planned(plan: &CampaignPlan) -> Vec<Measurement> {
@@ -172,13 +189,15 @@ fn reached_as_planned(plan: &CampaignPlan) -> Vec<Measurement> {
             });
             ends.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
         };
-        let one = |m: &Measurand| Measurement {
+        let one = |m: &Measurand, axis: &str| Measurement {
             conditions: conditions.clone(),
             value: Some(0.0),
             angles_rad: angles_rad(m.name),
-            ..Measurement::new(m.name, &case.axis, m.kind, None, "plan/1")
+            ..Measurement::new(m.name, axis, m.kind, None, "plan/1")
         };
-        yields.iter().map(|m| one(m)).collect::<Vec<_>>()
+        let of_axes =
+            |m: &&Measurand| axes_of(m.name, case).into_iter().map(|axis| one(m, axis)).collect::<Vec<_>>();
+        yields.iter().flat_map(of_axes).collect::<Vec<Measurement>>()
     };
     let of_procedure = |planned: &PlannedProcedure| {
         let kind = kinds::kind(planned.procedure.kind).expect("a kind of ours");
@@ -220,4 +239,49 @@ fn the_acceptance_test_plans_every_stretch_that_its_requirements_claim_and_quick
     };
     assert_eq!(lacking("fat"), [""; 0]);
     insta::assert_snapshot!(lacking("quick").join("\n"));
+}
+
+/// Where a verdict rests on several values of a condition, one of them alone is not what the requirement means. What is listed here
+/// stays without a claim: a kind measures it in every run (directions, offsets, elevations of a gravity fit), takes one of several
+/// (the slowest velocity with a spectrum), or it does not change what is measured (the level of a transport latency).
+#[test]
+fn a_condition_that_the_acceptance_test_varies_is_claimed_by_the_requirement() {
+    let plan = shipped_selection("fat", &[]);
+    let measured = reached_as_planned(&plan);
+    let mut silent = Vec::new();
+    for requirement in &plan.requirements.all {
+        for judged in requirement.judges.iter().filter(|judged| judged.is_limited()) {
+            let own = |m: &&Measurement| m.measurand == judged.measurand && applies(requirement, m);
+            let own: Vec<&Measurement> = measured.iter().filter(own).collect();
+            silent.extend(
+                varied(&own)
+                    .filter(|name| !claims(requirement, judged, name))
+                    .map(|name| format!("{} {}: {name}", requirement.id, judged.measurand)),
+            );
+        }
+    }
+    insta::assert_snapshot!(silent.join("\n"));
+}
+
+/// Names of the conditions that have several values on an axis.
+fn varied<'a>(own: &[&'a Measurement]) -> impl Iterator<Item = &'a str> {
+    let mut values: BTreeMap<(&str, &str), Vec<f64>> = BTreeMap::new();
+    for m in own {
+        for condition in &m.conditions {
+            let values = values.entry((&condition.name, &m.axis)).or_default();
+            if !values.iter().any(|&value| same(value, condition.requested)) {
+                values.push(condition.requested);
+            }
+        }
+    }
+    let varied = values.into_iter().filter(|(_, values)| values.len() > 1).map(|((name, _), _)| name);
+    varied.collect::<BTreeSet<&str>>().into_iter()
+}
+
+/// Whether a requirement says of a condition which values it means.
+fn claims(requirement: &Requirement, judged: &Judged, condition: &str) -> bool {
+    let of_measurand = |name: &Option<String>| name.as_ref().is_none_or(|name| *name == judged.measurand);
+    requirement.covers.iter().any(|cover| cover.condition == condition && of_measurand(&cover.measurand))
+        || requirement.conditions.iter().any(|filter| filter.condition == condition)
+        || judged.mask.as_ref().is_some_and(|mask| mask.condition == condition)
 }

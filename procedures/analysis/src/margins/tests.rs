@@ -110,6 +110,7 @@ fn noise_of_one_percent_stays_inside_the_demands_and_the_intervals() {
         exact.phase_margin().expect("one").phase_margin_rad,
     ];
     let mut square = [0.0; 2];
+    let mut stated = [0.0; 2];
     let mut covered = 0;
     const RUNS: u64 = 12;
     for seed in 0..RUNS {
@@ -120,11 +121,18 @@ fn noise_of_one_percent_stays_inside_the_demands_and_the_intervals() {
         let p = found.phase_margin().expect("one");
         square[0] += (g.gain_margin_db - gain).powi(2) / RUNS as f64;
         square[1] += (p.phase_margin_rad - phase).to_degrees().powi(2) / RUNS as f64;
+        stated[0] += g.gain_margin_u_db.powi(2) / RUNS as f64;
+        stated[1] += p.phase_margin_u_rad.to_degrees().powi(2) / RUNS as f64;
         covered += u32::from((g.gain_margin_db - gain).abs() < 1.96 * g.gain_margin_u_db);
         covered += u32::from((p.phase_margin_rad - phase).abs() < 1.96 * p.phase_margin_u_rad);
     }
     assert!(square[0].sqrt() < 0.1 && square[1].sqrt() < 0.5, "rms² {square:?}");
     assert!(covered >= 20, "{covered} of 24 intervals hold the truth");
+    // The ratio of two such roots of 12 squares scatters by a fifth.
+    for (stated, square) in stated.into_iter().zip(square) {
+        let wide = (stated / square).sqrt();
+        assert!(wide > 0.5 && wide < 2.0, "u is {wide} times the rms error");
+    }
 }
 
 #[test]

@@ -109,6 +109,31 @@ fn a_requirement_that_claims_angles_passes_only_where_strokes_leave_none_out() {
     assert_eq!(over_travel(&[[-150.0, 100.0], [-60.0, 60.0], [90.0, 150.0]]).0, Verdict::Pass);
 }
 
+/// What a supply bears is measured beside one of the axes that move: both at once count, whichever axis else was measured.
+#[test]
+fn a_single_value_is_claimed_on_the_axis_that_the_claim_names_though_only_another_one_was_measured() {
+    let cover = Cover {
+        axis: Some("az".to_owned()),
+        range: [0.0; 2],
+        largest_gap: 0.0,
+        ends: 0.5_f64.to_radians(),
+        text: "0 deg".to_owned(),
+        ..claiming().covers.remove(0)
+    };
+    let requirement = Requirement { axes: Vec::new(), covers: vec![cover], ..claiming() };
+    assert_eq!(requirement.claims(), ["az: elevation 0 deg"]);
+    let missing = |measurements: Vec<Measurement>| {
+        requirement.not_covered(&measurements.iter().collect::<Vec<&Measurement>>())
+    };
+    assert_eq!(missing(sweep("el", &[45.0])), ["m on az"]);
+    assert_eq!(
+        missing([sweep("el", &[0.0]), sweep("az", &[45.0])].concat()),
+        ["m on az: elevation 0 deg, reached 45 deg only"]
+    );
+    assert_eq!(missing([sweep("el", &[45.0]), sweep("az", &[0.2])].concat()), [""; 0]);
+    assert_eq!(missing(sweep("az", &[0.0, 45.0])), [""; 0]);
+}
+
 #[test]
 fn what_was_asked_for_and_not_reached_covers_nothing() {
     let mut measurements = [sweep("az", &WHOLE_DEG), sweep("el", &WHOLE_DEG)].concat();

@@ -313,6 +313,11 @@ impl WithSpectrum<'_> {
         m.point = Some(self.point.name.clone());
         m.conditions.clone_from(&self.point.conditions);
         m.evidence.clone_from(&self.point.evidence);
+        if m.value.is_some()
+            && let Some(angles_rad) = self.point.half_sum.angles_rad()
+        {
+            m.set_angles(angles_rad);
+        }
         m
     }
 }

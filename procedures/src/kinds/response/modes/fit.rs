@@ -8,6 +8,7 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use analysis::frf::{C64, Frf, Line};
+use analysis::goodness::Goodness;
 use analysis::modal::{Lower, Modal, Mode, Settings, Upper, modes};
 use analysis::periodic::times_jw;
 
@@ -139,6 +140,8 @@ const ENCODER: usize = 1;
 #[derive(Clone, Debug)]
 pub(super) struct Fitted {
     pub(super) modal: Modal,
+    /// How well the modes describe the lines.
+    pub(super) goodness: Goodness,
     /// Whether the first response is the difference of the sensors: where a small mode shows in the gyro only.
     pub(super) apart: bool,
     /// Index into the modes for each expected one.
@@ -194,6 +197,7 @@ fn fit_as(
     let first = if apart { &responses.difference } else { &responses.sensors[0] };
     let fitted = [first.clone(), responses.sensors[1].clone()];
     let modal = modes(&fitted, &settings)?;
+    let goodness = Goodness::of_lines(&fitted.concat(), modal.fit.misfit_ratio(), modal.fit.dof);
     let visible: Vec<usize> = (0..modal.modes.len()).filter(|&k| is_visible(&modal.modes[k])).collect();
     let found: Vec<Candidate> = visible.iter().map(|&k| candidate(&modal, k, apart)).collect();
     let wanted: Vec<Wanted> = expected
@@ -201,7 +205,7 @@ fn fit_as(
         .map(|e| Wanted { range_hz: e.range_hz(elevation_rad), gyro_only: e.gyro_only })
         .collect();
     let pairs = assign(&wanted, &found).into_iter().map(|pair| pair.map(|k| visible[k])).collect();
-    Ok(Fitted { modal, apart, pairs, visible })
+    Ok(Fitted { modal, goodness, apart, pairs, visible })
 }
 
 /// What is left of the phase of jω·G at the low end, where the axis is one piece: median of −∠/ω. Only a start.

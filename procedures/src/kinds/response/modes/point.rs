@@ -153,8 +153,6 @@ pub(super) const UNEXPECTED: &str = "unexpected-mode-participation";
 const ESTIMATOR: &str = "modes/3";
 /// Modes above the last expected one by more than this are beyond the calculation.
 const BEYOND_LAST: f64 = 1.2;
-/// Cost over degrees of freedom up to which the model describes the lines.
-const GOOD_MISFIT: f64 = 3.0;
 
 /// What the expected modes of a point measure.
 pub(super) fn measurements(
@@ -181,6 +179,7 @@ pub(super) fn measurements(
         }
     }
     all.push(unexpected(axis, expected, fitted, elevation_rad));
+    all.iter_mut().filter(|m| m.value.is_some()).for_each(|m| m.rest_on(&fitted.goodness));
     all
 }
 
@@ -258,13 +257,6 @@ fn frequency(axis: &str, e: &Expected, fitted: &Fitted, k: usize, elevation_rad:
     let mut flags = vec![format!("found at {:.3} Hz", mode.frequency_hz)];
     if matches!(e.place, Place::Curve(_)) {
         flags.push(format!("expected at {scale_hz:.2} Hz"));
-    }
-    let misfit = fitted.modal.fit.misfit_ratio();
-    if misfit > GOOD_MISFIT {
-        flags.push(format!(
-            "the fit deviates from the lines by {:.1} times their noise, u widened",
-            misfit.sqrt()
-        ));
     }
     Measurement { flags, ..Measurement::new(e.measurand(), axis, e.kind(), Some(measured), ESTIMATOR) }
 }

@@ -218,6 +218,24 @@ fn a_bending_mode_below_the_noise_is_not_visible_and_the_large_ones_are() {
     assert!(fitted.pairs[1].is_some() && fitted.pairs[2].is_some());
 }
 
+/// Neighbouring lines that differ by half of their value, while each repeats to 0.02 %: no modes make such a response.
+#[test]
+fn lines_that_no_structure_makes_have_no_modes_to_judge() {
+    let mut responses = measured(&all_modes(), OWN, 4);
+    for lines in responses.sensors.iter_mut().chain([&mut responses.difference]) {
+        for (k, line) in lines.iter_mut().enumerate() {
+            line.value *= if k % 2 == 0 { 1.25 } else { 0.75 };
+        }
+    }
+    let fitted = fit(&responses, &expected(), 45.0 * DEGREE).expect("modes of a sort");
+    assert!(fitted.goodness.check().is_err(), "{:?}", fitted.goodness);
+    let all = point::measurements("el", &expected(), &fitted, 45.0 * DEGREE);
+    for m in all.iter().filter(|m| m.value.is_some()) {
+        let reason = m.inconclusive.as_deref().unwrap_or_default();
+        assert!(reason.contains("does not describe the record"), "{m:?}");
+    }
+}
+
 #[test]
 fn a_mode_fifteen_percent_low_keeps_its_number_and_departs() {
     let mut truth = all_modes();

@@ -14,7 +14,7 @@ use super::{
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::log::{PointStatus, Rows, Window};
-use crate::measurement::{Evidence, Measurement, PointResult};
+use crate::measurement::{Condition, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind;
 use crate::reason::{Reason, SafetyReason};
 use crate::trace::Plot;
@@ -93,17 +93,31 @@ pub(super) struct Point<'a> {
     pub(super) case: &'a Case,
     pub(super) window: &'a Window,
     pub(super) bounds_s: Vec<f64>,
+    /// How many axes move at once, asked for and reached.
+    conditions: Vec<Condition>,
     /// Why what needs the whole point says nothing.
     pub(super) cut: Option<Reason>,
+}
+
+/// An axis that turns by less has not taken part: slews are tens of degrees.
+const TAKES_PART_RAD: f64 = 0.05;
+
+/// 1 if an axis took part, 0 if not, by its encoder; `None` if nothing tells.
+fn has_moved(window: &Window, axis: &str) -> Option<u32> {
+    let course = Course::of(window, &format!("/{axis}")).ok()?;
+    let [low, high] = extremes(course.column("position_rad").ok()?)?;
+    Some(u32::from(high - low > TAKES_PART_RAD))
 }
 
 /// Everything that a point says.
 pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> PointResult {
     let cut = (window.status != PointStatus::Completed)
         .then(|| SafetyReason::NotCompleted { trips: window.trips.clone() }.into());
-    let point = Point { keys, case, window, bounds_s: cycle_bounds_s(window), cut };
-    let mut result = PointResult::of(case);
     let moved = case.moved_axes();
+    let reached = moved.iter().map(|axis| has_moved(window, axis)).sum::<Option<u32>>();
+    let conditions = Condition::reached(case, |_| reached.map(f64::from));
+    let point = Point { keys, case, window, bounds_s: cycle_bounds_s(window), conditions, cut };
+    let mut result = PointResult::of(case);
     let mut take = |found: Found| {
         result.measurements.extend(found.measurements);
         result.plots.extend(found.plots);
@@ -134,6 +148,7 @@ impl Point<'_> {
         let flags = self.cut.iter().map(|_| "up to the end of the point".to_owned()).collect();
         Measurement {
             point: Some(self.case.point.clone()),
+            conditions: self.conditions.clone(),
             flags,
             evidence: self.evidence(channels),
             ..measured
@@ -261,6 +276,7 @@ fn sink_end(point: &Point<'_>, name: &str, sink: &Sink, channels: &[String]) -> 
         let covered = "time constant not determined: the uncertainty covers all up to the longest";
         measurement.flags.push(covered.to_owned());
     }
+    measurement.flags.extend(sink.fitted.as_ref().ok().and_then(|heating| heating.goodness.flag()));
     measurement
 }
 
@@ -269,7 +285,9 @@ fn sink_time(point: &Point<'_>, name: &str, sink: &Sink, channels: &[String]) ->
         let time = heating.time_constant_s.ok_or(SafetyReason::ShortRecord)?;
         Ok(known(time.value, time.u, sink.n))
     });
-    point.measurement(SINK_TIME, name, found, channels)
+    let mut measurement = point.measurement(SINK_TIME, name, found, channels);
+    measurement.flags.extend(sink.fitted.as_ref().ok().and_then(|heating| heating.goodness.flag()));
+    measurement
 }
 
 const SUPPLY: &str = "/supply";

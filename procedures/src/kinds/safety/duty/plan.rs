@@ -1,7 +1,8 @@
 //! What a procedure says, and the points: one axis alone; or both at once, and both stopping together.
 
 use crate::axis::{Axes, AxisLimits};
-use crate::case::{Case, Companion, Mode, Segment, Then};
+use crate::case::{Case, Companion, Mode, Request, Segment, Then};
+use crate::condition::MOVING_AXES;
 use crate::device::MIRROR_AXES;
 use crate::diagnostic::Diagnostic;
 use crate::kinds::ReadKeys;
@@ -253,9 +254,11 @@ fn case(
     let axis = pair.names[pair.own].unwrap_or_default().to_owned();
     // Peaks of the DC link are those of every row.
     let logs_payload_fully = true;
+    let moving = f64::from(spans.map(|span| u8::from(span.is_some())).iter().sum::<u8>());
     Ok(Case {
         point: point.to_owned(),
         axis,
+        requested: vec![Request { name: MOVING_AXES.to_owned(), value: moving, kind: Q::Count }],
         start_pose_rad,
         segments,
         logs_payload_fully,

@@ -57,8 +57,12 @@ fn window(cycles: u32, slew_a: f64, track_a: f64) -> Window {
         shunt.push(if slews { 10.0 } else { 0.0 });
     }
     let axis = |name| {
-        let columns =
-            vec![("current_a", current.clone()), ("bus_v", volts.clone()), ("heat_sink_degc", sink.clone())];
+        let columns = vec![
+            ("current_a", current.clone()),
+            ("bus_v", volts.clone()),
+            ("heat_sink_degc", sink.clone()),
+            ("position_rad", time.iter().map(|t_s| 0.3 * t_s.sin()).collect()),
+        ];
         rows(name, &time, columns)
     };
     let clamps = rows("/supply", &time, vec![("supply_a", supply), ("shunt_a", shunt)]);
@@ -116,6 +120,24 @@ fn one_axis_alone_has_no_companion_and_an_axis_without_span_is_refused() {
     assert!(refused[0].message.contains("does not give the slew of axis `az`"), "{refused:?}");
     let hasty = Keys { track_s: 0.05, ..keys() };
     assert!(hasty.plan("az", &axes()).is_err(), "no time to go out and back");
+}
+
+/// A requirement that means both axes at once must not take one that stood still for moving.
+#[test]
+fn axes_that_move_are_counted_by_their_encoders() {
+    let moving = |window: &Window| {
+        let all = analysed(window);
+        assert!(all.iter().all(|m| m.conditions == all[0].conditions), "{all:?}");
+        let condition = &all[0].conditions[0];
+        assert_eq!((condition.name.as_str(), condition.requested), ("moving-axes", 2.0));
+        condition.achieved
+    };
+    let mut both = window(4, 30.0, 5.0);
+    assert_eq!(moving(&both), Some(2.0));
+    both.topics[1].columns[3].fill(1.2);
+    assert_eq!(moving(&both), Some(1.0));
+    both.topics[1].columns[3][7] = f64::NAN;
+    assert_eq!(moving(&both), None, "nothing tells");
 }
 
 #[test]
