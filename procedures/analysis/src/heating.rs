@@ -6,8 +6,6 @@
 
 use std::fmt;
 
-use super::goodness::{Goodness, Hopeless};
-
 /// Places on the logarithmic scale of time constants that are tried.
 const TRIALS: u32 = 400;
 /// Fewest cycle means: the model has three parameters.
@@ -60,8 +58,6 @@ pub struct Heating {
     pub end_degc: Value,
     /// Time constant, s; `None` where the record holds none: then the end covers every one up to the longest.
     pub time_constant_s: Option<Value>,
-    /// How well a body of one time constant describes the means.
-    pub goodness: Goodness,
     /// Difference to the end at the first mean.
     difference_k: f64,
     /// Time of the first mean.
@@ -89,8 +85,6 @@ pub enum HeatingError {
     },
     /// Something is no number, time does not ascend, or a setting is not above 0.
     NotANumber,
-    /// The means follow no body of one time constant.
-    Hopeless(Hopeless),
 }
 
 impl fmt::Display for HeatingError {
@@ -106,7 +100,6 @@ impl fmt::Display for HeatingError {
             Self::NotANumber => {
                 write!(f, "temperatures are not numbers, or times do not ascend: check the log")
             }
-            Self::Hopeless(hopeless) => hopeless.fmt(f),
         }
     }
 }
@@ -121,7 +114,7 @@ impl std::error::Error for HeatingError {}
 /// time constant up to `longest_s` can be excluded, none is told, and the end covers all of them.
 ///
 /// # Errors
-/// [`HeatingError`]: fewer than four cycles, what is no number, or means that one time constant does not describe.
+/// [`HeatingError`]: fewer than four cycles, or what is no number.
 pub fn extrapolate(means: &CycleMeans, u_mean_degc: f64, longest_s: f64) -> Result<Heating, HeatingError> {
     let t = &means.time_s;
     let y = &means.mean_degc;
@@ -143,11 +136,7 @@ pub fn extrapolate(means: &CycleMeans, u_mean_degc: f64, longest_s: f64) -> Resu
     let best =
         trials.iter().min_by(|a, b| a.squares.total_cmp(&b.squares)).ok_or(HeatingError::NotANumber)?;
     let dof = (found - 3) as f64;
-    let left = best.squares / dof;
-    let variance = left.max(u_mean_degc * u_mean_degc);
-    let goodness = Goodness::of_known(left / (u_mean_degc * u_mean_degc), found - 3)
-        .with_share(left.sqrt() / best.spread);
-    goodness.check().map_err(HeatingError::Hopeless)?;
+    let variance = (best.squares / dof).max(u_mean_degc * u_mean_degc);
     let allowed: Vec<&Trial> =
         trials.iter().filter(|trial| trial.squares <= best.squares + CHI_SQUARE * variance).collect();
     // Two standard deviations of the end, whichever time constant it has: those of each fit, and those between fits.
@@ -164,7 +153,6 @@ pub fn extrapolate(means: &CycleMeans, u_mean_degc: f64, longest_s: f64) -> Resu
     Ok(Heating {
         end_degc: Value { value: best.end, u: within.hypot(between) },
         time_constant_s: told.then_some(Value { value: best.tau_s, u: u_tau }),
-        goodness,
         difference_k: best.difference,
         from_s,
         fitted_s: best.tau_s,
@@ -178,8 +166,6 @@ struct Trial {
     /// Difference to the end at the first mean.
     difference: f64,
     squares: f64,
-    /// Standard deviation of the means themselves.
-    spread: f64,
     /// Variance of the end for a variance of 1 of each mean.
     end_variance: f64,
 }
@@ -199,8 +185,7 @@ impl Trial {
         let end = mean_y - difference * mean_x;
         let squares = decay.iter().zip(y).map(|(x, y)| (y - end - difference * x).powi(2)).sum();
         let end_variance = 1.0 / n + mean_x * mean_x / sxx;
-        let spread = (y.iter().map(|y| (y - mean_y).powi(2)).sum::<f64>() / n).sqrt();
-        Some(Self { tau_s, end, difference, squares, spread, end_variance })
+        Some(Self { tau_s, end, difference, squares, end_variance })
     }
 }
 
@@ -237,15 +222,6 @@ mod tests {
         let early = heating.at(10.0);
         let late = heating.at(190.0);
         assert!((late - 68.8).abs() < 0.5 && early < 50.0, "{early} {late}");
-    }
-
-    /// A fan that starts in the middle of the record: no single time constant has such means.
-    #[test]
-    fn means_that_fall_again_have_no_end_by_one_time_constant() {
-        let mut means = record(60.0, 30.0, 12, 0.1);
-        means.mean_degc[6..].iter_mut().for_each(|degc| *degc -= 25.0);
-        let why = extrapolate(&means, 0.03, 1800.0).expect_err("no exponential");
-        assert!(matches!(why, HeatingError::Hopeless(_)), "{why}");
     }
 
     #[test]

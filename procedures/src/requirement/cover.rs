@@ -74,9 +74,11 @@ pub(super) fn read(table: &mut TableReader<'_>) -> Option<Cover> {
         return None;
     };
     let ends = length(table, "ends", kind)?;
-    if table.has("at") == table.has("range") || table.has("at") && table.has("gap") {
+    let [range, gap, at] = ["range", "gap", "at"].map(|key| table.has(key));
+    if range != gap || range == at {
         let help = "write `range` with `gap` for a stretch, or `at` for a single value";
-        table.mistake("condition", "a claim needs either a range or a single value", Some(help.to_owned()));
+        let message = "a claim needs either a range with its largest gap or a single value";
+        table.mistake("condition", message, Some(help.to_owned()));
         return None;
     }
     if let Some(text) = table.text("at") {

@@ -52,10 +52,6 @@ fn requirement(table: &mut TableReader<'_>, known: &[Measurand]) -> Option<Requi
         let help = suggestion(name, judges.iter().map(|j| j.measurand.as_str()));
         table.mistake("covers", format!("the requirement does not judge the measurand `{name}`"), Some(help));
     }
-    if table.mistakes() == 0 && !covers.is_empty() && !judges.iter().any(Judged::is_limited) {
-        let help = "give it a `limit`, or leave `covers` out: a number without a limit is only reported";
-        table.mistake("covers", "`covers` without a limit claims nothing", Some(help.to_owned()));
-    }
     let evidence = table.text("evidence");
     if evidence.is_some() && (!judges.is_empty() || method.as_deref().is_some_and(|m| m == "test")) {
         let help = "give either `measurand` or `judge` for a measured requirement, or `evidence` (by \

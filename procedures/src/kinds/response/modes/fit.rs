@@ -197,7 +197,8 @@ fn fit_as(
     let first = if apart { &responses.difference } else { &responses.sensors[0] };
     let fitted = [first.clone(), responses.sensors[1].clone()];
     let modal = modes(&fitted, &settings)?;
-    let goodness = Goodness::of_lines(&fitted.concat(), modal.fit.misfit_ratio(), modal.fit.dof);
+    let goodness = Goodness::of_lines(&fitted.concat(), modal.fit.misfit_ratio(), modal.fit.dof)
+        .with_share(largest_share(&fitted, &modal));
     let visible: Vec<usize> = (0..modal.modes.len()).filter(|&k| is_visible(&modal.modes[k])).collect();
     let found: Vec<Candidate> = visible.iter().map(|&k| candidate(&modal, k, apart)).collect();
     let wanted: Vec<Wanted> = expected
@@ -206,6 +207,17 @@ fn fit_as(
         .collect();
     let pairs = assign(&wanted, &found).into_iter().map(|pair| pair.map(|k| visible[k])).collect();
     Ok(Fitted { modal, goodness, apart, pairs, visible })
+}
+
+/// Residuals over what was observed, rms, of the response that the modes describe worst: the larger response must not hide what is
+/// left of the smaller one.
+fn largest_share(responses: &[Frf], modal: &Modal) -> f64 {
+    let share = |(k, lines): (usize, &Frf)| {
+        let left = |l: &Line| (l.value - modal.fit.response_at(k, l.frequency_hz)).norm_sqr();
+        let power = lines.iter().map(|l| l.value.norm_sqr()).sum::<f64>();
+        (lines.iter().map(left).sum::<f64>() / power).sqrt()
+    };
+    responses.iter().enumerate().map(share).fold(0.0, f64::max)
 }
 
 /// What is left of the phase of jω·G at the low end, where the axis is one piece: median of −∠/ω. Only a start.

@@ -222,13 +222,13 @@ fn a_bending_mode_below_the_noise_is_not_visible_and_the_large_ones_are() {
 #[test]
 fn lines_that_no_structure_makes_have_no_modes_to_judge() {
     let mut responses = measured(&all_modes(), OWN, 4);
-    for lines in responses.sensors.iter_mut().chain([&mut responses.difference]) {
-        for (k, line) in lines.iter_mut().enumerate() {
-            line.value *= if k % 2 == 0 { 1.25 } else { 0.75 };
-        }
+    // The difference of the sensors is a small part of what each of them shows.
+    for (k, line) in responses.difference.iter_mut().enumerate() {
+        line.value *= if k % 2 == 0 { 1.25 } else { 0.75 };
     }
     let fitted = fit(&responses, &expected(), 45.0 * DEGREE).expect("modes of a sort");
     assert!(fitted.goodness.check().is_err(), "{:?}", fitted.goodness);
+    assert!(self::fitted(&all_modes(), OWN, 4).goodness.check().is_ok());
     let all = point::measurements("el", &expected(), &fitted, 45.0 * DEGREE);
     for m in all.iter().filter(|m| m.value.is_some()) {
         let reason = m.inconclusive.as_deref().unwrap_or_default();

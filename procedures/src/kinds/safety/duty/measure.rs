@@ -13,6 +13,7 @@ use super::{
 };
 use crate::axis::Axes;
 use crate::case::Case;
+use crate::condition::MOVING_AXES;
 use crate::log::{PointStatus, Rows, Window};
 use crate::measurement::{Condition, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind;
@@ -94,7 +95,7 @@ pub(super) struct Point<'a> {
     pub(super) window: &'a Window,
     pub(super) bounds_s: Vec<f64>,
     /// How many axes move at once, asked for and reached.
-    conditions: Vec<Condition>,
+    moving: Condition,
     /// Why what needs the whole point says nothing.
     pub(super) cut: Option<Reason>,
 }
@@ -115,8 +116,14 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
         .then(|| SafetyReason::NotCompleted { trips: window.trips.clone() }.into());
     let moved = case.moved_axes();
     let reached = moved.iter().map(|axis| has_moved(window, axis)).sum::<Option<u32>>();
-    let conditions = Condition::reached(case, |_| reached.map(f64::from));
-    let point = Point { keys, case, window, bounds_s: cycle_bounds_s(window), conditions, cut };
+    // Plans of older recordings do not have it.
+    let moving = Condition {
+        name: MOVING_AXES.to_owned(),
+        requested: moved.len() as f64,
+        achieved: reached.map(f64::from),
+        kind: QuantityKind::Count,
+    };
+    let point = Point { keys, case, window, bounds_s: cycle_bounds_s(window), moving, cut };
     let mut result = PointResult::of(case);
     let mut take = |found: Found| {
         result.measurements.extend(found.measurements);
@@ -148,7 +155,7 @@ impl Point<'_> {
         let flags = self.cut.iter().map(|_| "up to the end of the point".to_owned()).collect();
         Measurement {
             point: Some(self.case.point.clone()),
-            conditions: self.conditions.clone(),
+            conditions: vec![self.moving.clone()],
             flags,
             evidence: self.evidence(channels),
             ..measured
@@ -276,7 +283,6 @@ fn sink_end(point: &Point<'_>, name: &str, sink: &Sink, channels: &[String]) -> 
         let covered = "time constant not determined: the uncertainty covers all up to the longest";
         measurement.flags.push(covered.to_owned());
     }
-    measurement.flags.extend(sink.fitted.as_ref().ok().and_then(|heating| heating.goodness.flag()));
     measurement
 }
 
@@ -285,9 +291,7 @@ fn sink_time(point: &Point<'_>, name: &str, sink: &Sink, channels: &[String]) ->
         let time = heating.time_constant_s.ok_or(SafetyReason::ShortRecord)?;
         Ok(known(time.value, time.u, sink.n))
     });
-    let mut measurement = point.measurement(SINK_TIME, name, found, channels);
-    measurement.flags.extend(sink.fitted.as_ref().ok().and_then(|heating| heating.goodness.flag()));
-    measurement
+    point.measurement(SINK_TIME, name, found, channels)
 }
 
 const SUPPLY: &str = "/supply";

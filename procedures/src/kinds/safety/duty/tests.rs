@@ -134,6 +134,11 @@ fn axes_that_move_are_counted_by_their_encoders() {
     };
     let mut both = window(4, 30.0, 5.0);
     assert_eq!(moving(&both), Some(2.0));
+    // Plans in older recordings ask for nothing.
+    let mut old = keys().plan("az", &axes()).expect("a plan").remove(0);
+    old.requested.clear();
+    let all = keys().analyse(&old, &both, &axes()).measurements;
+    assert!(all.iter().all(|m| m.conditions.len() == 1 && m.conditions[0].achieved == Some(2.0)), "{all:?}");
     both.topics[1].columns[3].fill(1.2);
     assert_eq!(moving(&both), Some(1.0));
     both.topics[1].columns[3][7] = f64::NAN;
