@@ -150,7 +150,7 @@ impl Requirement {
         if !self.axes.is_empty() {
             return self.axes.clone();
         }
-        let named = self.covers.iter().filter(|c| c.measurand.as_ref().is_none_or(|own| own == measurand));
+        let named = self.covers.iter().filter(|cover| cover.is_of(measurand));
         let named = named.filter_map(|cover| cover.axis.as_ref());
         let mut axes: Vec<String> = Vec::new();
         for axis in measured.iter().map(|m| &m.axis).chain(named) {
@@ -183,9 +183,12 @@ impl Cover {
         self.range[0] == self.range[1]
     }
 
-    fn is_about(&self, measurand: &str, axis: &str) -> bool {
+    fn is_of(&self, measurand: &str) -> bool {
         self.measurand.as_ref().is_none_or(|own| own == measurand)
-            && self.axis.as_ref().is_none_or(|own| own == axis)
+    }
+
+    fn is_about(&self, measurand: &str, axis: &str) -> bool {
+        self.is_of(measurand) && self.axis.as_ref().is_none_or(|own| own == axis)
     }
 
     /// The part of the condition that each of these measurements reached, by its lower end: a single value has two equal ends.

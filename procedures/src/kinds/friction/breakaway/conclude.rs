@@ -85,14 +85,13 @@ fn report_dwell_law(
             ["rate", "pose"].iter().filter_map(|n| condition(one.case, n, one.case.requested(n))).collect();
     }
     m.flags.push(format!("per unit of ln(1 + t/{:.0} s), t counted to 3 z_ss", law.tau_s));
-    m.flags.extend(law.goodness.flag());
+    m.rest_on(&law.goodness);
     if law.goodness.is_misfit() {
         m.flags.push(format!(
             "not logarithmic: the means deviate from the line by up to {:.2} N·m",
             law.misfit_nm
         ));
     }
-    m.inconclusive = law.goodness.check().err().map(|hopeless| hopeless.to_string());
     m.evidence = at_rate.iter().map(|b| findings.evidence(b.span)).collect();
     conclusion.measurements.push(m);
     conclusion.plots.push(dwell_plot(rate, groups, law));

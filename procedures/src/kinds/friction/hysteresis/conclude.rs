@@ -146,8 +146,7 @@ impl FrictionCurve {
                 Measurement::new(name, axis, kind, Some(self.estimate(kind, value, own)), LINE_ESTIMATOR);
             one.evidence.clone_from(&self.evidence);
             one.flags.push(format!("{} velocities from {from} on", line.points_count));
-            one.flags.extend(line.goodness.flag());
-            one.inconclusive = line.goodness.check().err().map(|hopeless| hopeless.to_string());
+            one.rest_on(&line.goodness);
             all.push(one);
         }
         if planned >= LEAST_POINTS {

@@ -254,7 +254,7 @@ fn case(
     let axis = pair.names[pair.own].unwrap_or_default().to_owned();
     // Peaks of the DC link are those of every row.
     let logs_payload_fully = true;
-    let moving = f64::from(spans.map(|span| u8::from(span.is_some())).iter().sum::<u8>());
+    let moving = spans.iter().flatten().count() as f64;
     Ok(Case {
         point: point.to_owned(),
         axis,
