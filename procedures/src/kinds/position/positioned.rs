@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use crate::axis::{Axes, Axis, AxisLimits, Gimbal};
 use crate::case::{Case, Mode, Request, Segment, Then};
 use crate::diagnostic::Diagnostic;
+use crate::log::Window;
 use crate::measurement::{Condition, PointResult};
 use crate::quantity::QuantityKind as Q;
 use crate::reason::Reason;
@@ -14,10 +15,12 @@ mod record;
 #[cfg(test)]
 pub(in crate::kinds) mod tests;
 
-pub(in crate::kinds) use record::Record;
+pub(in crate::kinds) use record::{Record, mean_rad};
 
 /// Condition of a point: elevation that was asked for.
 pub(in crate::kinds) const ELEVATION: &str = "elevation";
+/// Label of the rest before a point moves.
+const REST: &str = "rest";
 /// A target keeps this far from a soft limit: an axis is not exactly where its command is, and the interlock trips on
 /// where it is.
 pub(in crate::kinds) const CLEARANCE_RAD: f64 = 0.1 * std::f64::consts::PI / 180.0;
@@ -66,7 +69,7 @@ pub(in crate::kinds) fn take_place(at_rad: f64, rest_s: f64) -> [Segment; 2] {
     const AT_MOST_S: f64 = 2.0;
     let stimulus = Stimulus::Move { target_rad: at_rad, limits: LIMITS };
     let there = Segment { stimulus, ..Segment::hold("take place", Mode::Position, AT_MOST_S) };
-    [there, stay("rest", rest_s)]
+    [there, stay(REST, rest_s)]
 }
 
 /// The axis stays.
@@ -210,9 +213,28 @@ pub(in crate::kinds) fn point_name(requested: &[Request]) -> String {
     requested.iter().map(|r| format!("{}={}", r.name, r.kind.format(r.value))).collect::<Vec<_>>().join(", ")
 }
 
-/// The conditions of a point, reached as asked.
-pub(in crate::kinds) fn conditions(case: &Case) -> Vec<Condition> {
+/// The conditions of a point as they were asked for.
+pub(in crate::kinds) fn asked(case: &Case) -> Vec<Condition> {
     Condition::reached(case, |request| Some(request.value))
+}
+
+/// The conditions of a point with the elevation that its log holds; a kind sets what else it reached of them.
+pub(in crate::kinds) fn conditions(case: &Case, window: &Window, axes: &Axes) -> Vec<Condition> {
+    Condition::reached(case, |request| match request.name.as_str() {
+        ELEVATION => elevation_rad(case, window, axes),
+        _ => Some(request.value),
+    })
+}
+
+/// Mean elevation of a point by the encoder: of the whole point where its axis is held, of the rest before it moves where it is the
+/// moved one. `None` if the log does not tell.
+fn elevation_rad(case: &Case, window: &Window, axes: &Axes) -> Option<f64> {
+    let elevation = Elevation::of(&case.axis, axes);
+    let counted_s = match elevation.is_own() {
+        true => Record::spans(case, window, REST).first().map(|span| [span.start_s, span.end_s])?,
+        false => [f64::NEG_INFINITY, f64::INFINITY],
+    };
+    mean_rad(window, &elevation.axis()?.name, counted_s)
 }
 
 /// A measurand of a kind: name and kind of quantity.
@@ -225,7 +247,7 @@ pub(in crate::kinds) fn without(
     estimator: &str,
     reason: &Reason,
 ) -> PointResult {
-    PointResult::without(case, measurands, estimator, reason.clone()).under(&conditions(case))
+    PointResult::without(case, measurands, estimator, reason.clone()).under(&asked(case))
 }
 
 /// Whether a procedure of this kind can hold the gimbal on an axis that the rig has.

@@ -110,10 +110,7 @@ impl Experiment for Keys {
     }
 
     fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
-        let found = match axes.limits(&case.axis) {
-            Ok(limits) => point::analyse(self, case, window, limits),
-            Err(missing) => Err(missing.into()),
-        };
+        let found = point::analyse(self, case, window, axes);
         found.unwrap_or_else(|reason| positioned::without(case, self.named(), point::ESTIMATOR, &reason))
     }
 

@@ -77,8 +77,8 @@ impl Experiment for Keys {
         plan::plan(self, axis, axes)
     }
 
-    fn analyse(&self, case: &Case, window: &Window, _axes: &Axes) -> PointResult {
-        point::analyse(case, window)
+    fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
+        point::analyse(case, window, axes)
             .unwrap_or_else(|reason| positioned::without(case, &ALL, point::ESTIMATOR, &reason))
     }
 }

@@ -10,9 +10,9 @@ use super::{
 };
 use crate::axis::Axes;
 use crate::case::Case;
-use crate::kinds::position::positioned::conditions;
+use crate::kinds::position::positioned::{asked, mean_rad};
 use crate::log::{EndedBy, PointStatus, SegmentSpan, Window};
-use crate::measurement::{Evidence, Measurement, PointResult};
+use crate::measurement::{Condition, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 use crate::reason::{OpticsReason, Reason, TargetSeen};
 
@@ -70,7 +70,7 @@ fn without(case: &Case, axes: [&str; 2], reason: &Reason) -> Vec<Measurement> {
         let both = COARSE.contains(&name) || FINE.contains(&name);
         axes.into_iter().take(if both { 2 } else { 1 }).map(move |axis| Measurement {
             point: Some(case.point.clone()),
-            conditions: conditions(case),
+            conditions: asked(case),
             ..Measurement::inconclusive(name, axis, kind_of(name), ESTIMATOR, reason)
         })
     };
@@ -235,11 +235,13 @@ impl<'a> Point<'a> {
             Err(reason) => Measurement::inconclusive(name, axis, kind_of(name), ESTIMATOR, reason),
         };
         let [t0_s, t1_s] = self.record_s.unwrap_or(self.tracked_s);
+        // The elevation is all that is asked of a point.
+        let elevation_rad = mean_rad(self.window, self.axes[1], [t0_s, t1_s]);
         let channels = ["cross_elevation_rad", "elevation_rad", "lock", "counter"];
         let channels = channels.iter().map(|name| format!("{topic} {name}")).collect();
         Measurement {
             point: Some(self.case.point.clone()),
-            conditions: conditions(self.case),
+            conditions: Condition::reached(self.case, |_| elevation_rad),
             evidence: vec![Evidence::new(channels, [t0_s, t1_s])],
             ..measured
         }

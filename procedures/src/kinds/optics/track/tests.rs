@@ -173,6 +173,18 @@ fn errors_of_both_axes_are_what_went_in_across_the_elevation_axis() {
     assert!(reason(&all, "target-losses", "az").contains("was not tested"));
 }
 
+#[test]
+fn the_elevation_of_a_track_is_where_the_log_has_it() {
+    let mut window = window(&steady());
+    let el = window.topics.iter_mut().find(|rows| rows.topic.name == "/el").expect("logged");
+    el.columns[0].iter_mut().for_each(|rad| *rad += 0.05);
+    for m in judged("both", &window) {
+        let elevation_rad = m.conditions[0].achieved.expect("the log holds it");
+        assert!((elevation_rad - ELEVATION_RAD - 0.05).abs() < 1e-3, "{}: {elevation_rad}", m.measurand);
+        assert!((m.conditions[0].requested - ELEVATION_RAD).abs() < 1e-3, "{}", m.measurand);
+    }
+}
+
 /// Out at 0.0118 rad/s, back at the same from 30 s on within 1.8 s: 13 mrad/s² on average.
 fn turned(t: f64) -> f64 {
     let v = 0.0118;

@@ -70,6 +70,13 @@ impl<'a> Record<'a> {
     }
 }
 
+/// Mean place of an axis over a stretch of time, by its encoder; `None` if the log does not hold it.
+pub(in crate::kinds) fn mean_rad(window: &Window, axis: &str, [start_s, end_s]: [f64; 2]) -> Option<f64> {
+    let rows = window.rows(&format!("/{axis}"))?;
+    let position_rad = &rows.finite_channel("position_rad").ok()?[rows.range(start_s, end_s)];
+    (!position_rad.is_empty()).then(|| position_rad.iter().sum::<f64>() / position_rad.len() as f64)
+}
+
 /// A value between two samples; `None` beyond the ends.
 pub(in crate::kinds) fn interpolated(x: &[f64], y: &[f64], at: f64) -> Option<f64> {
     let after = x.partition_point(|&x| x < at);

@@ -15,6 +15,18 @@ pub(in crate::kinds) fn with_elevation() -> Axes {
     Axes::stacked([("az".to_owned(), az), ("el".to_owned(), el)])
 }
 
+/// Adds an elevation axis that is held at a place.
+pub(in crate::kinds) fn hold_elevation(window: &mut Window, at_rad: f64) {
+    let time_s = window.topics[0].time_s.clone();
+    let columns = vec![("position_rad", vec![at_rad; time_s.len()])];
+    window.topics.push(crate::synthetic::rows("/el", &time_s, columns));
+}
+
+/// What a point reached of a condition.
+pub(in crate::kinds) fn reached(result: &PointResult, name: &str) -> Option<f64> {
+    result.measurements[0].conditions.iter().find(|c| c.name == name)?.achieved
+}
+
 /// A window in which the axis is where `place` says: by segment, time since its start, and where it was before. Noise of
 /// this standard deviation is a sum of sines that share no period.
 pub(in crate::kinds) fn window_of(

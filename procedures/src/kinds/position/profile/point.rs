@@ -5,6 +5,7 @@ use analysis::following::{delay, following};
 
 use super::named;
 use super::plan::{FOLLOWED, VELOCITY};
+use crate::axis::Axes;
 use crate::case::Case;
 use crate::kinds::position::positioned::{self, Record};
 use crate::log::{SegmentSpan, Window};
@@ -29,7 +30,7 @@ struct Followed {
     rates: Vec<f64>,
 }
 
-pub(super) fn analyse(case: &Case, window: &Window) -> Result<PointResult, Reason> {
+pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> Result<PointResult, Reason> {
     let record = Record::new(&case.axis, window)?;
     let spans = Record::spans(case, window, FOLLOWED);
     let mut all = Followed::default();
@@ -57,9 +58,10 @@ pub(super) fn analyse(case: &Case, window: &Window) -> Result<PointResult, Reaso
         (of_delay, none),
     ];
     let evidence = record.evidence(&["position_setpoint_rad", "position_rad"], [*first, *last]);
+    let conditions = conditions(positioned::conditions(case, window, axes), &record, &spans);
     let measured = named(case).iter().zip(values).map(|((name, kind), (estimate, flag))| Measurement {
         point: Some(case.point.clone()),
-        conditions: conditions(case, &record, &spans),
+        conditions: conditions.clone(),
         evidence: evidence.clone(),
         flags: vec![
             flag,
@@ -110,8 +112,7 @@ fn take(all: &mut Followed, record: &Record<'_>, stimulus: &Stimulus, span: &Seg
 }
 
 /// Conditions with the rate that the axis had on the ramp.
-fn conditions(case: &Case, record: &Record<'_>, spans: &[&SegmentSpan]) -> Vec<Condition> {
-    let mut all = positioned::conditions(case);
+fn conditions(mut all: Vec<Condition>, record: &Record<'_>, spans: &[&SegmentSpan]) -> Vec<Condition> {
     for condition in all.iter_mut().filter(|c| c.name == VELOCITY) {
         let rates = spans.iter().filter_map(|span| {
             let quarter_s = 0.25 * (span.end_s - span.start_s);

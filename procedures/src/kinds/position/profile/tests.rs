@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::diagnostic::SourceFile;
-use crate::kinds::position::positioned::tests::{window_of, with_elevation};
+use crate::kinds::position::positioned::tests::{hold_elevation, reached, window_of, with_elevation};
 use crate::measurement::Measurement;
 use crate::table::read_file;
 
@@ -20,13 +20,14 @@ fn run(text: &str, delay_s: f64, ripple_rad: f64) -> Vec<PointResult> {
     let axes = with_elevation();
     let cases = experiment.plan("az", &axes).expect("a plan");
     let one = |case: &Case| {
-        let window = window_of(case, 500.0, 0.0, &mut |segment, t, before| {
+        let mut window = window_of(case, 500.0, 0.0, &mut |segment, t, before| {
             if segment.stimulus.duration_s(before).is_none() {
                 return before;
             }
             let start = if before.abs() < 1e-3 { 0.0 } else { 5_f64.to_radians().copysign(before) };
             segment.stimulus.at(start, t - delay_s).position_rad + ripple_rad * (4.4 * t).sin()
         });
+        hold_elevation(&mut window, 0.3);
         experiment.analyse(case, &window, &axes)
     };
     cases.iter().map(one).collect()
@@ -51,11 +52,11 @@ fn a_late_axis_lags_by_rate_times_delay_and_not_at_all_once_the_delay_is_removed
         assert!((measured(k, "path-delay") - 2e-3).abs() < 2e-5, "{}", measured(k, "path-delay"));
         assert!(measured(k, "path-error-aligned") < 0.02 * measured(k, PATH_ERROR));
     }
-    let achieved = value(&points[0], RAMP_ERROR)
-        .conditions
-        .iter()
-        .find(|c| c.name == "velocity")
-        .and_then(|c| c.achieved);
+    for point in &points {
+        let elevation_rad = reached(point, "elevation");
+        assert!(elevation_rad.is_some_and(|rad| (rad - 0.3).abs() < 1e-9), "{elevation_rad:?}");
+    }
+    let achieved = reached(&points[0], "velocity");
     assert!((achieved.expect("a rate") / 0.674_f64.to_radians() - 1.0).abs() < 1e-3);
 }
 

@@ -6,7 +6,7 @@ use analysis::load_cycle::extremes;
 use super::motion::{self, End, Move, Part};
 use super::plan::{Keys, Moves, SLEW};
 use super::{EXCESS, FULL_OVERSHOOT, FULL_SETTLING, OVERSHOOT, SETTLING};
-use crate::axis::AxisLimits;
+use crate::axis::{Axes, AxisLimits};
 use crate::case::Case;
 use crate::kinds::position::positioned::{self, Record};
 use crate::log::{PointStatus, Window};
@@ -23,12 +23,8 @@ const NOT_SETTLED: &str = "not settled: at least this long";
 /// A value with what should be known of it, or why there is none.
 type Found = Result<(Estimate, Vec<String>), Reason>;
 
-pub(super) fn analyse(
-    keys: &Keys,
-    case: &Case,
-    window: &Window,
-    limits: &AxisLimits,
-) -> Result<PointResult, Reason> {
+pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<PointResult, Reason> {
+    let limits = axes.limits(&case.axis)?;
     let record = Record::new(&case.axis, window)?;
     let slews = |span: &&crate::log::SegmentSpan| {
         case.segments.get(span.segment).is_some_and(|s| s.label.starts_with(SLEW))
@@ -67,7 +63,7 @@ pub(super) fn analyse(
             Err(reason) => Measurement::inconclusive(name, &case.axis, *kind, ESTIMATOR, reason),
         };
         let point = Some(case.point.clone());
-        let conditions = positioned::conditions(case);
+        let conditions = positioned::conditions(case, window, axes);
         let mut measured = Measurement { point, conditions, evidence: evidence.clone(), ..base };
         cues_rad.into_iter().for_each(|angles_rad| measured.set_angles(angles_rad));
         measured

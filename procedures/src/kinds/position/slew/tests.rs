@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::diagnostic::SourceFile;
-use crate::kinds::position::positioned::tests::{window_of, with_elevation};
+use crate::kinds::position::positioned::tests::{hold_elevation, reached, window_of, with_elevation};
 use crate::log::PointStatus;
 use crate::measurement::{Bound, Measurement};
 use crate::table::read_file;
@@ -57,6 +57,17 @@ fn an_axis_that_follows_shows_the_acceleration_of_its_plan_and_no_overshoot() {
     let excess = value(&result, EXCESS);
     assert!(excess.value.is_some_and(|e| e < 0.0), "{excess:?}");
     assert!(value(&result, SETTLING).value.is_some_and(|s| s < 0.1));
+}
+
+#[test]
+fn the_elevation_of_a_slew_is_where_the_log_has_it() {
+    let (experiment, case) = planned(FULL, "az");
+    let axes = with_elevation();
+    let mut window = follows(&case, 0.0);
+    assert_eq!(reached(&experiment.analyse(&case, &window, &axes), "elevation"), None);
+    hold_elevation(&mut window, 0.3);
+    let elevation_rad = reached(&experiment.analyse(&case, &window, &axes), "elevation");
+    assert!(elevation_rad.is_some_and(|rad| (rad - 0.3).abs() < 1e-9), "{elevation_rad:?}");
 }
 
 #[test]

@@ -6,6 +6,7 @@ use analysis::step::{StepResponse, StepSettings, step_response};
 use super::keys::LEAST_REPEATS;
 use super::plan::{BACK, STEP, THERE};
 use super::{ALL, EXCESS, FINAL, OVERSHOOT, RISE, SETTLING, pictures};
+use crate::axis::Axes;
 use crate::case::Case;
 use crate::kinds::position::positioned::{self, FLOOR_RAD, Record};
 use crate::log::Window;
@@ -25,18 +26,21 @@ pub(super) struct Way {
     pub(super) found: StepResponse,
 }
 
-pub(super) fn analyse(case: &Case, window: &Window) -> Result<PointResult, Reason> {
+pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> Result<PointResult, Reason> {
     let record = Record::new(&case.axis, window)?;
     let height_rad = case.requested(STEP).ok_or(PositionReason::NoHeight)?;
     let ways = [way(THERE, case, window, &record)?, way(BACK, case, window, &record)?];
     let span_s =
         [window.segments.first().map_or(0.0, |s| s.start_s), window.segments.last().map_or(0.0, |s| s.end_s)];
     let evidence = record.evidence(&["position_rad", "position_setpoint_rad"], span_s);
+    let mut conditions = positioned::conditions(case, window, axes);
+    let reached_rad = ways.iter().map(|way| way.found.final_value.abs()).sum::<f64>() / ways.len() as f64;
+    conditions.iter_mut().filter(|c| c.name == STEP).for_each(|c| c.achieved = Some(reached_rad));
     let measured = ALL.iter().map(|&(name, kind)| {
         let worst = worst(name, height_rad, &ways);
         Measurement {
             point: Some(case.point.clone()),
-            conditions: positioned::conditions(case),
+            conditions: conditions.clone(),
             evidence: evidence.clone(),
             flags: flags(name, &ways[worst.1]),
             ..Measurement::new(name, &case.axis, kind, Some(worst.0), ESTIMATOR)

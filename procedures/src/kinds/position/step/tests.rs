@@ -1,9 +1,10 @@
 //! Windows of a position loop made of a formula.
 
+use super::plan::{STEP, THERE};
 use super::*;
 use crate::case::Mode;
 use crate::diagnostic::SourceFile;
-use crate::kinds::position::positioned::tests::{window_of, with_elevation};
+use crate::kinds::position::positioned::tests::{hold_elevation, reached, window_of, with_elevation};
 use crate::measurement::Measurement;
 use crate::table::read_file;
 
@@ -39,6 +40,35 @@ fn a_loop_without_overshoot_shows_none_and_its_times() {
     let excess = value(&result, EXCESS).value.expect("an overshoot to speak of or not");
     assert!(excess < 0.0, "{excess:e}");
     assert!((value(&result, FINAL).value.expect("a final value") - 1.0).abs() < 1e-3);
+}
+
+#[test]
+fn elevation_and_height_of_a_step_are_those_of_the_log() {
+    let experiment = read("").expect("defaults");
+    let axes = with_elevation();
+    let stepped = |axis: &str, held_rad: Option<f64>| {
+        let case = experiment.plan(axis, &axes).expect("a plan").remove(0);
+        // Seven tenths of each step, from a place 20 mrad beside the one that was asked for.
+        let mut window = window_of(&case, 500.0, 1e-7, &mut |segment, t, before| match segment.stimulus {
+            crate::stimulus::Stimulus::Step { target_rad } => {
+                let start_rad = case.start_pose_rad[axis];
+                let way_rad = if segment.label == THERE { target_rad - start_rad } else { 0.0 };
+                let to_rad = start_rad + 0.02 + 0.7 * way_rad;
+                before + (to_rad - before) * (1.0 - (-4.5 * t).exp())
+            }
+            _ => case.start_pose_rad[axis] + 0.02,
+        });
+        held_rad.into_iter().for_each(|rad| hold_elevation(&mut window, rad));
+        let result = experiment.analyse(&case, &window, &axes);
+        let asked_rad = case.requested("elevation").expect("an elevation");
+        (asked_rad, reached(&result, "elevation"), case.requested(STEP), reached(&result, STEP), result)
+    };
+    let (_, elevation_rad, asked_rad, height_rad, result) = stepped("az", Some(0.3));
+    assert!(elevation_rad.is_some_and(|rad| (rad - 0.3).abs() < 1e-9), "{elevation_rad:?} {result:?}");
+    let ratio = height_rad.expect("a height") / asked_rad.expect("a height");
+    assert!((ratio - 0.7).abs() < 0.01, "{ratio}");
+    let (asked_rad, elevation_rad, ..) = stepped("el", None);
+    assert!(elevation_rad.is_some_and(|rad| (rad - asked_rad - 0.02).abs() < 1e-6), "{elevation_rad:?}");
 }
 
 #[test]

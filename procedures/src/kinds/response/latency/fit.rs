@@ -166,8 +166,10 @@ const LEAST_LOOP_RATE_HZ: f64 = 4000.0;
 pub(super) struct Loop {
     pub(super) transport_s: Value,
     pub(super) corner_hz: Value,
-    /// A lag of first order describes the loop.
-    pub(super) is_of_first_order: bool,
+    /// Lag of the loop, s.
+    pub(super) lag_s: f64,
+    /// Order of the lag that describes the loop; `None` if neither does.
+    pub(super) order: Option<Order>,
 }
 
 /// The response to commands at a part of the loop rate.
@@ -205,7 +207,8 @@ pub(super) fn fit(case: &Case, window: &Window, limits: &AxisLimits) -> Result<P
         reduced: Reduced::to(Loop {
             transport_s: Value { value: fit.transport_s, u: u_s },
             corner_hz: Value { value: fit.corner_hz, u: fit.corner_u_hz },
-            is_of_first_order: fit.damping.is_none() && !fit.misfit,
+            lag_s: fit.lag_s,
+            order: (!fit.misfit).then(|| fit.damping.map_or(Order::First, |_| Order::Second)),
         }),
         excluded: excluded(&found),
         ..PointResult::default()

@@ -248,6 +248,35 @@ fn a_corner_that_jitter_smears_is_blamed_on_the_jitter() {
     assert!(value(&found, JITTER)[0] > 0.2e-3);
 }
 
+/// 52 us and 87 us rms, over the phase of the delay in the tick: LAT-JIT allows 250 us, and a unit that meets it has a round trip.
+#[test]
+fn a_round_trip_of_second_order_by_jitter_stands_and_its_lag_does_not() {
+    for width_s in [180e-6, 300e-6] {
+        let mut of_second_order = 0;
+        for seed in 0..5 {
+            let transport_s = TRANSPORT_S + 50e-6 * seed as f64;
+            let drive = Drive { jitter_s: width_s, seed: 2 * seed, ..Drive::new(transport_s) };
+            let keys = Keys { steps: 60, levels_v: vec![6.0], ..keys(&[Stage::Fit, Stage::Onset]) };
+            let found = concluded(&keys, drive);
+            let round = found.iter().find(|m| m.measurand == ROUND_TRIP).expect("a row for the round trip");
+            let off_s = round.value.expect("a round trip") - (transport_s + 0.5 * width_s);
+            let u_s = round.u;
+            assert_eq!(round.inconclusive, None);
+            assert!(
+                off_s.abs() < 2.0 * u_s && u_s < 0.4 * width_s,
+                "{width_s} {seed}: {off_s} s off, u {u_s} s"
+            );
+            let is_second = round.flags.iter().any(|flag| flag == "current loop of second order");
+            let lag = found.iter().find(|m| m.measurand == LAG).expect("a row for the lag");
+            let blames =
+                lag.inconclusive.as_ref().is_some_and(|why| why.starts_with("the delay jitters by "));
+            assert_eq!(blames, is_second, "{:?}", lag.inconclusive);
+            of_second_order += usize::from(is_second);
+        }
+        assert!(of_second_order > 0, "{width_s} s: no response of second order among five");
+    }
+}
+
 /// 52 us rms, in which drawn units have been 21 us and 56 us off. The fit alone states less than 10 us.
 #[test]
 fn a_jitter_too_small_to_spoil_the_fit_is_in_its_uncertainty() {
