@@ -17,7 +17,7 @@ pub(in crate::kinds) mod tests;
 
 pub(in crate::kinds) use record::{Record, mean_rad};
 
-/// Condition of a point: elevation that was asked for.
+/// Condition of a point: its elevation.
 pub(in crate::kinds) const ELEVATION: &str = "elevation";
 /// Label of the rest before a point moves.
 const REST: &str = "rest";
@@ -226,13 +226,13 @@ pub(in crate::kinds) fn conditions(case: &Case, window: &Window, axes: &Axes) ->
     })
 }
 
-/// Mean elevation of a point by the encoder: of the whole point where its axis is held, of the rest before it moves where it is the
-/// moved one. `None` if the log does not tell.
+/// Mean elevation of a point by the encoder: over all its segments where another axis moves, over the rest before the motion where
+/// the elevation axis moves itself (`step`). `None` if the log has no such rows.
 fn elevation_rad(case: &Case, window: &Window, axes: &Axes) -> Option<f64> {
     let elevation = Elevation::of(&case.axis, axes);
     let counted_s = match elevation.is_own() {
         true => Record::spans(case, window, REST).first().map(|span| [span.start_s, span.end_s])?,
-        false => [f64::NEG_INFINITY, f64::INFINITY],
+        false => [window.segments.first()?.start_s, window.segments.last()?.end_s],
     };
     mean_rad(window, &elevation.axis()?.name, counted_s)
 }

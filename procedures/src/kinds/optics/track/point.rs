@@ -235,8 +235,9 @@ impl<'a> Point<'a> {
             Err(reason) => Measurement::inconclusive(name, axis, kind_of(name), ESTIMATOR, reason),
         };
         let [t0_s, t1_s] = self.record_s.unwrap_or(self.tracked_s);
-        // The elevation is all that is asked of a point.
-        let elevation_rad = mean_rad(self.window, self.axes[1], [t0_s, t1_s]);
+        // The elevation at which the target starts is all that is asked of a point.
+        let start_s = self.tracked_s[0];
+        let elevation_rad = mean_rad(self.window, self.axes[1], [start_s - START_S, start_s]);
         let channels = ["cross_elevation_rad", "elevation_rad", "lock", "counter"];
         let channels = channels.iter().map(|name| format!("{topic} {name}")).collect();
         Measurement {
@@ -247,6 +248,9 @@ impl<'a> Point<'a> {
         }
     }
 }
+
+/// The elevation of a point is that of its axis over this long before the target moves.
+const START_S: f64 = 0.5;
 
 /// What is known of the target's motion.
 struct Seen<'a> {

@@ -177,7 +177,9 @@ fn errors_of_both_axes_are_what_went_in_across_the_elevation_axis() {
 fn the_elevation_of_a_track_is_where_the_log_has_it() {
     let mut window = window(&steady());
     let el = window.topics.iter_mut().find(|rows| rows.topic.name == "/el").expect("logged");
-    el.columns[0].iter_mut().for_each(|rad| *rad += 0.05);
+    // Later the target takes the axis elsewhere.
+    let shift_rad = |t: f64| if t < LOCK_S { 0.05 } else { 0.3 };
+    el.columns[0].iter_mut().zip(&el.time_s).for_each(|(rad, t)| *rad += shift_rad(*t));
     for m in judged("both", &window) {
         let elevation_rad = m.conditions[0].achieved.expect("the log holds it");
         assert!((elevation_rad - ELEVATION_RAD - 0.05).abs() < 1e-3, "{}: {elevation_rad}", m.measurand);

@@ -53,8 +53,7 @@ impl<'a> Record<'a> {
 
     /// Mean place over a stretch of time; `None` if there are no rows.
     pub(in crate::kinds) fn mean_rad(&self, start_s: f64, end_s: f64) -> Option<f64> {
-        let rows = &self.position_rad[self.range(start_s, end_s)];
-        (!rows.is_empty()).then(|| rows.iter().sum::<f64>() / rows.len() as f64)
+        mean(&self.position_rad[self.range(start_s, end_s)])
     }
 
     /// Places at instants, on straight lines between the rows; `None` beyond their ends.
@@ -73,8 +72,11 @@ impl<'a> Record<'a> {
 /// Mean place of an axis over a stretch of time, by its encoder; `None` if the log does not hold it.
 pub(in crate::kinds) fn mean_rad(window: &Window, axis: &str, [start_s, end_s]: [f64; 2]) -> Option<f64> {
     let rows = window.rows(&format!("/{axis}"))?;
-    let position_rad = &rows.finite_channel("position_rad").ok()?[rows.range(start_s, end_s)];
-    (!position_rad.is_empty()).then(|| position_rad.iter().sum::<f64>() / position_rad.len() as f64)
+    mean(&rows.finite_channel("position_rad").ok()?[rows.range(start_s, end_s)])
+}
+
+fn mean(values: &[f64]) -> Option<f64> {
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
 /// A value between two samples; `None` beyond the ends.

@@ -18,7 +18,11 @@ pub(in crate::kinds) fn with_elevation() -> Axes {
 /// Adds an elevation axis that is held at a place.
 pub(in crate::kinds) fn hold_elevation(window: &mut Window, at_rad: f64) {
     let time_s = window.topics[0].time_s.clone();
-    let columns = vec![("position_rad", vec![at_rad; time_s.len()])];
+    // It comes from elsewhere before the point begins.
+    let start_s = window.segments[0].start_s;
+    let time_s: Vec<f64> = [start_s - 2.0, start_s - 1.0].into_iter().chain(time_s).collect();
+    let place = |t: &f64| if *t < start_s { at_rad - 1.0 } else { at_rad };
+    let columns = vec![("position_rad", time_s.iter().map(place).collect())];
     window.topics.push(crate::synthetic::rows("/el", &time_s, columns));
 }
 

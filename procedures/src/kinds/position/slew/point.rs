@@ -51,6 +51,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
     let span_s = [record.time_s[0], record.time_s[record.time_s.len() - 1]];
     let channels = ["position_rad", "velocity_feedback_rad_per_s", "torque_command_nm", "torque_nm"];
     let evidence = record.evidence(&channels, span_s);
+    let conditions = positioned::conditions(case, window, axes);
     let measured = keys.named().iter().zip(values).map(|((name, kind), found)| {
         let base = match found {
             Ok((estimate, flags)) => {
@@ -63,8 +64,8 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
             Err(reason) => Measurement::inconclusive(name, &case.axis, *kind, ESTIMATOR, reason),
         };
         let point = Some(case.point.clone());
-        let conditions = positioned::conditions(case, window, axes);
-        let mut measured = Measurement { point, conditions, evidence: evidence.clone(), ..base };
+        let (conditions, evidence) = (conditions.clone(), evidence.clone());
+        let mut measured = Measurement { point, conditions, evidence, ..base };
         cues_rad.into_iter().for_each(|angles_rad| measured.set_angles(angles_rad));
         measured
     });

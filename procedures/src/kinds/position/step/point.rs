@@ -33,14 +33,15 @@ pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> Result<Point
     let span_s =
         [window.segments.first().map_or(0.0, |s| s.start_s), window.segments.last().map_or(0.0, |s| s.end_s)];
     let evidence = record.evidence(&["position_rad", "position_setpoint_rad"], span_s);
-    let mut conditions = positioned::conditions(case, window, axes);
-    let reached_rad = ways.iter().map(|way| way.found.final_value.abs()).sum::<f64>() / ways.len() as f64;
-    conditions.iter_mut().filter(|c| c.name == STEP).for_each(|c| c.achieved = Some(reached_rad));
+    let conditions = positioned::conditions(case, window, axes);
     let measured = ALL.iter().map(|&(name, kind)| {
         let worst = worst(name, height_rad, &ways);
+        let mut conditions = conditions.clone();
+        let height = conditions.iter_mut().find(|c| c.name == STEP);
+        height.into_iter().for_each(|c| c.achieved = Some(ways[worst.1].found.final_value.abs()));
         Measurement {
             point: Some(case.point.clone()),
-            conditions: conditions.clone(),
+            conditions,
             evidence: evidence.clone(),
             flags: flags(name, &ways[worst.1]),
             ..Measurement::new(name, &case.axis, kind, Some(worst.0), ESTIMATOR)

@@ -4,9 +4,9 @@ use analysis::estimate::Estimate;
 use analysis::lag::{KnownLag, LagError, Order, Settings, transport_at_known_corner};
 use analysis::uncertainty::rectangular_u;
 
-use super::fit::{Loop, MOST_DELAY_S, SlowResponse, WayOut};
+use super::fit::{Described, Loop, MOST_DELAY_S, SlowResponse, WayOut};
 use super::plan::{Keys, Stage};
-use super::{BACK, HOLD, JITTER, LAG, LEVELS, RATES, ROUND_TRIP, SLOW, Value};
+use super::{BACK, BY_ONSET, HOLD, JITTER, LAG, LEVELS, RATES, ROUND_TRIP, SLOW, Value};
 use crate::case::Case;
 use crate::log::Window;
 use crate::measurement::{Conclusion, Condition, Evidence, Measurement, PointResult};
@@ -62,84 +62,144 @@ type Found = Result<(Estimate, Vec<String>), Reason>;
 pub(super) fn conclude(keys: &Keys, cases: &[Case], points: &[PointResult]) -> Conclusion {
     let axis = cases.first().map_or("", |case| case.axis.as_str());
     let mut conclusion = Conclusion::collected(points);
-    blame_jitter(&mut conclusion, points);
-    let smear_u_s = count_jitter(&mut conclusion, points);
-    let loops: Vec<&Loop> = points.iter().filter_map(|point| point.reduced.get()).collect();
+    let jitter = Jitter::find(&conclusion.measurements);
+    let blamed = jitter.as_ref().filter(|jitter| jitter.value_s > LEAST_JITTER_S);
+    if let Some(jitter) = blamed {
+        jitter.blame(&mut conclusion, points);
+    }
+    if let Some(jitter) = &jitter {
+        jitter.count(&mut conclusion, points);
+    }
+    let loops: Vec<&Loop> = points
+        .iter()
+        .filter_map(|point| point.reduced.get())
+        .filter(|found: &&Loop| blamed.is_none() || found.described != Described::ByNeither)
+        .collect();
     let transports: Vec<Value> = loops.iter().map(|found| found.transport_s).collect();
     let corners: Vec<Value> = loops.iter().map(|found| found.corner_hz).collect();
-    let mut add = |name: &str, found: Found, smear_u_s: f64| {
+    let mut add = |name: &str, found: Found, half_width_s: f64| {
         let mut measurement = named(name, axis, found);
         if measurement.value.is_some() {
-            measurement.add_known(smear_u_s);
+            measurement.add_known(rectangular_u(half_width_s));
         }
         conclusion.measurements.push(measurement);
     };
-    // What jitter leaves in the fit is the same at every level.
     if keys.has(Stage::Fit) && keys.levels_v.len() > 1 {
-        add(LEVELS, levels(&transports), 0.0);
+        // Fits of the same order have the same error by jitter, which the difference does not contain.
+        let is_alike = loops.windows(2).all(|two| two[0].described == two[1].described);
+        let jitter = jitter.as_ref().filter(|_| !is_alike);
+        add(LEVELS, levels(&transports), jitter.map_or(0.0, |jitter| jitter.most_of(&loops)));
     }
     if keys.has(Stage::Slow) {
         let slow = slow(points, &transports, &corners);
         let slow = slow.as_ref().map_err(Clone::clone);
-        add(SLOW, slow.clone().map(slow_itself), smear_u_s);
-        add(RATES, slow.map(rates), smear_u_s);
+        // The lag of the fit counts in full here, and an error of the lag by jitter is as large as one of a delay.
+        let most_s =
+            jitter.as_ref().map_or(0.0, |j| j.most_of(&loops).max(SECOND_ORDER_SMEAR_RATIO * j.most_s));
+        add(SLOW, slow.clone().map(slow_itself), most_s);
+        add(RATES, slow.map(rates), most_s);
     }
     if keys.has(Stage::Probe) {
-        add(BACK, back(points, &transports), smear_u_s);
+        add(BACK, back(points, &transports), jitter.as_ref().map_or(0.0, |jitter| jitter.most_of(&loops)));
     }
-    conclusion.remarks.extend(mean(&transports).map(|transport_s| remark(transport_s.value, points)));
+    if let Some(transport_s) = mean(&transports) {
+        let remark = remark(transport_s.value, &conclusion.measurements);
+        conclusion.remarks.push(remark);
+    }
     conclusion
 }
 
-/// Jitter smears the response. Where steps show that the delay jitters, a fit without a corner, or one that neither order
-/// describes, is that of no loop; the lag of second order is not that of the current loop.
-fn blame_jitter(conclusion: &mut Conclusion, points: &[PointResult]) {
-    let jitter = conclusion.measurements.iter().find(|m| m.measurand == JITTER);
-    let Some(jitter_s) = jitter.and_then(|m| m.value).filter(|value| *value > LEAST_JITTER_S) else { return };
-    let reason = ResponseReason::DelayJitters { jitter_s }.to_string();
-    for point in points {
-        let lost: &[&str] = match (&point.inconclusive, point.reduced.get::<Loop>().map(|found| found.order))
-        {
-            (Some(Reason::Lag(LagError::NotDetermined { .. })), _) | (_, Some(None)) => {
-                &[ROUND_TRIP, LAG, HOLD]
+/// The error of a first-order fit by jitter, in σ²/τ, for a delay with standard deviation σ and a current loop with lag τ: a longer lag
+/// and a shorter delay. Drawn units with up to 50 us of jitter need 2.7. Half-width of a rectangular distribution (ours).
+const SMEAR_RATIO: f64 = 3.0;
+
+/// The largest error of the delay of a first-order fit, in σ: 0.9 where delays are evenly distributed, 1.33 where they take two values
+/// one period apart (computed responses, see [`SECOND_ORDER_SMEAR_RATIO`]). Half-width of a rectangular distribution (ours).
+const FIRST_ORDER_SMEAR_RATIO: f64 = 1.5;
+
+/// The error of the delay of a second-order fit, in σ: the second pole takes up the jitter, and its lag is missing in the delay.
+/// Computed responses of first-order loops of 700 Hz to 1300 Hz, sampled at 4 kHz behind evenly distributed delays over 50 us to 850 us,
+/// are fitted with delays up to 1.59 σ too short and 0.20 σ too long. Half-width of a rectangular distribution (ours).
+const SECOND_ORDER_SMEAR_RATIO: f64 = 1.6;
+
+/// What steps say of the delay from command to command.
+struct Jitter {
+    /// Standard deviation of the delay, s.
+    value_s: f64,
+    /// The largest standard deviation that the steps do not exclude, s.
+    most_s: f64,
+    /// Delay by onset, s.
+    onset_s: Option<f64>,
+}
+
+impl Jitter {
+    fn find(measurements: &[Measurement]) -> Option<Self> {
+        let find = |name: &str| measurements.iter().find(|m| m.measurand == name);
+        let jitter = find(JITTER)?;
+        let value_s = jitter.value?;
+        let onset_s = find(BY_ONSET).and_then(|m| m.value);
+        Some(Self { value_s, most_s: value_s + jitter.u, onset_s })
+    }
+
+    /// Half-width of the error that jitter may leave in the delay of a fit, s. A delay that takes a few values far apart, as where a
+    /// command now and then misses its exchange, may leave up to 3.6 σ in a second-order fit: what such a fit differs from the
+    /// onset of steps counts, too.
+    fn half_width_s(&self, found: &Loop) -> f64 {
+        let most_s = self.most_s;
+        match found.described {
+            Described::SecondOrder => {
+                let apart_s = self.onset_s.map_or(0.0, |onset_s| (found.transport_s.value - onset_s).abs());
+                apart_s.max(SECOND_ORDER_SMEAR_RATIO * most_s)
             }
-            (_, Some(Some(Order::Second))) => &[LAG],
-            _ => &[],
-        };
-        let all = conclusion.measurements.iter_mut().filter(|m| m.point.as_deref() == Some(&point.point));
-        all.filter(|m| lost.contains(&m.measurand.as_str()))
-            .for_each(|m| m.inconclusive = Some(reason.clone()));
+            Described::FirstOrder | Described::ByNeither => {
+                let by_lag_s = SMEAR_RATIO * most_s * most_s / found.lag_s;
+                by_lag_s.min(FIRST_ORDER_SMEAR_RATIO * most_s)
+            }
+        }
+    }
+
+    /// The largest half-width among these fits, s.
+    fn most_of(&self, loops: &[&Loop]) -> f64 {
+        loops.iter().map(|found| self.half_width_s(found)).fold(0.0, f64::max)
+    }
+
+    /// Takes the verdicts from what jitter spoils. A fit without a corner, or one that neither order describes, says nothing about
+    /// the loop. The round trip of a second-order fit stands, but its lag is not that of the current loop.
+    fn blame(&self, conclusion: &mut Conclusion, points: &[PointResult]) {
+        let reason = ResponseReason::DelayJitters { jitter_s: self.value_s }.to_string();
+        for point in points {
+            let described = point.reduced.get::<Loop>().map(|found| found.described);
+            let has_no_corner =
+                matches!(point.inconclusive, Some(Reason::Lag(LagError::NotDetermined { .. })));
+            let spoiled: &[&str] = match described {
+                _ if has_no_corner => &[ROUND_TRIP, LAG, HOLD],
+                Some(Described::ByNeither) => &[ROUND_TRIP, LAG, HOLD],
+                Some(Described::SecondOrder) => &[LAG],
+                Some(Described::FirstOrder) | None => &[],
+            };
+            for m in of_point(conclusion, point).filter(|m| spoiled.contains(&m.measurand.as_str())) {
+                m.inconclusive = Some(reason.clone());
+            }
+        }
+    }
+
+    /// Adds what jitter leaves in a fit to the uncertainty of its round trip.
+    fn count(&self, conclusion: &mut Conclusion, points: &[PointResult]) {
+        for point in points {
+            let Some(found) = point.reduced.get::<Loop>() else { continue };
+            let u_s = rectangular_u(self.half_width_s(found));
+            let round_trips =
+                of_point(conclusion, point).filter(|m| m.measurand == ROUND_TRIP && m.value.is_some());
+            round_trips.for_each(|m| m.add_known(u_s));
+        }
     }
 }
 
-/// By how many σ²/τ a fit of first order may be off, if the delay has the standard deviation σ and the current loop the lag τ: the
-/// smear goes into lag and delay, with opposite signs. Drawn units with up to 50 us of jitter need 2.7. It is never more than σ:
-/// exact responses need 0.85 σ (those of [`SECOND_ORDER_SMEAR_RATIO`]). Half-width of a rectangular distribution (ours).
-const SMEAR_RATIO: f64 = 3.0;
-
-/// By how many σ the delay of a fit of second order may be off: its second pole takes up the smear, and the delay of that pole is
-/// missing. Responses of loops of 700 Hz to 1300 Hz, sampled at 4 kHz behind evenly distributed delays of 50 us to 850 us width, are
-/// 1.59 σ short to 0.20 σ long, whatever their lag. Half-width of a rectangular distribution (ours).
-const SECOND_ORDER_SMEAR_RATIO: f64 = 1.6;
-
-/// Adds to the round trips by fit what jitter leaves in them, as far as steps cannot exclude it. Returns the largest such
-/// standard uncertainty, s.
-fn count_jitter(conclusion: &mut Conclusion, points: &[PointResult]) -> f64 {
-    let jitter = conclusion.measurements.iter().find(|m| m.measurand == JITTER && m.value.is_some());
-    let Some(most_s) = jitter.and_then(|m| Some(m.value? + m.u)) else { return 0.0 };
-    let mut largest_u_s: f64 = 0.0;
-    for point in points {
-        let Some(found) = point.reduced.get::<Loop>() else { continue };
-        let half_width_s = match found.order {
-            Some(Order::Second) => SECOND_ORDER_SMEAR_RATIO * most_s,
-            _ => most_s.min(SMEAR_RATIO * most_s * most_s / found.lag_s),
-        };
-        let u_s = rectangular_u(half_width_s);
-        largest_u_s = largest_u_s.max(u_s);
-        let mine = conclusion.measurements.iter_mut().filter(|m| m.point.as_deref() == Some(&point.point));
-        mine.filter(|m| m.measurand == ROUND_TRIP && m.value.is_some()).for_each(|m| m.add_known(u_s));
-    }
-    largest_u_s
+fn of_point<'a>(
+    conclusion: &'a mut Conclusion,
+    point: &'a PointResult,
+) -> impl Iterator<Item = &'a mut Measurement> {
+    conclusion.measurements.iter_mut().filter(|m| m.point.as_deref() == Some(&point.point))
 }
 
 fn named(name: &str, axis: &str, found: Found) -> Measurement {
@@ -237,10 +297,13 @@ fn back(points: &[PointResult], transports: &[Value]) -> Found {
     Ok((estimate(difference_s, round_s.u.hypot(out_s.u), out.len() + transports.len()), flags))
 }
 
-fn remark(round_s: f64, points: &[PointResult]) -> String {
-    let lag = points.iter().flat_map(|p| &p.measurements).find(|m| m.measurand == LAG);
-    let hold = points.iter().flat_map(|p| &p.measurements).find(|m| m.measurand == HOLD);
-    let [lag_s, hold_s] = [lag, hold].map(|m| m.and_then(|m| m.value).unwrap_or_default());
+/// The round trip with lag and hold, as far as the lag has a verdict.
+fn remark(round_s: f64, measurements: &[Measurement]) -> String {
+    let find = |name: &str| measurements.iter().find(|m| m.measurand == name && m.inconclusive.is_none());
+    let value_s = |name: &str| find(name).and_then(|m| m.value);
+    let (Some(lag_s), Some(hold_s)) = (value_s(LAG), value_s(HOLD)) else {
+        return format!("Round trip {:.1} us of transport.", us(round_s));
+    };
     format!(
         "Round trip {:.1} us of transport; {:.1} us with the lag of the current loop ({:.1} us), {:.1} us with the \
          hold of the command ({:.1} us) too.",

@@ -168,8 +168,15 @@ pub(super) struct Loop {
     pub(super) corner_hz: Value,
     /// Lag of the loop, s.
     pub(super) lag_s: f64,
-    /// Order of the lag that describes the loop; `None` if neither does.
-    pub(super) order: Option<Order>,
+    pub(super) described: Described,
+}
+
+/// Which lag describes the response of a loop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Described {
+    FirstOrder,
+    SecondOrder,
+    ByNeither,
 }
 
 /// The response to commands at a part of the loop rate.
@@ -208,7 +215,11 @@ pub(super) fn fit(case: &Case, window: &Window, limits: &AxisLimits) -> Result<P
             transport_s: Value { value: fit.transport_s, u: u_s },
             corner_hz: Value { value: fit.corner_hz, u: fit.corner_u_hz },
             lag_s: fit.lag_s,
-            order: (!fit.misfit).then(|| fit.damping.map_or(Order::First, |_| Order::Second)),
+            described: match (fit.misfit, fit.damping) {
+                (true, _) => Described::ByNeither,
+                (false, Some(_)) => Described::SecondOrder,
+                (false, None) => Described::FirstOrder,
+            },
         }),
         excluded: excluded(&found),
         ..PointResult::default()
