@@ -32,6 +32,7 @@ pub(super) struct Point<'a> {
     pub(super) tracked_s: [f64; 2],
     /// The record; `None` if the point did not come so far.
     pub(super) record_s: Option<[f64; 2]>,
+    conditions: Vec<Condition>,
     /// Why what needs the whole point says nothing.
     pub(super) cut: Option<Reason>,
 }
@@ -126,6 +127,7 @@ impl<'a> Point<'a> {
             axes,
             tracked_s: [acquired.end_s, last.end_s],
             record_s: track.map(|span| [span.start_s, span.end_s]),
+            conditions: conditions(case, window, axes, acquired.end_s),
             cut,
         })
     }
@@ -147,6 +149,7 @@ impl<'a> Point<'a> {
             axes,
             tracked_s: [acquire.start_s, acquire.end_s],
             record_s: None,
+            conditions: conditions(case, window, axes, acquire.start_s),
             cut: Some(reason.to_owned()),
         }
     }
@@ -235,14 +238,11 @@ impl<'a> Point<'a> {
             Err(reason) => Measurement::inconclusive(name, axis, kind_of(name), ESTIMATOR, reason),
         };
         let [t0_s, t1_s] = self.record_s.unwrap_or(self.tracked_s);
-        // The elevation at which the target starts is all that is asked of a point.
-        let start_s = self.tracked_s[0];
-        let elevation_rad = mean_rad(self.window, self.axes[1], [start_s - START_S, start_s]);
         let channels = ["cross_elevation_rad", "elevation_rad", "lock", "counter"];
         let channels = channels.iter().map(|name| format!("{topic} {name}")).collect();
         Measurement {
             point: Some(self.case.point.clone()),
-            conditions: Condition::reached(self.case, |_| elevation_rad),
+            conditions: self.conditions.clone(),
             evidence: vec![Evidence::new(channels, [t0_s, t1_s])],
             ..measured
         }
@@ -251,6 +251,12 @@ impl<'a> Point<'a> {
 
 /// The elevation of a point is that of its axis over this long before the target moves.
 const START_S: f64 = 0.5;
+
+/// The elevation at which the target starts is all that is asked of a point.
+fn conditions(case: &Case, window: &Window, axes: [&str; 2], start_s: f64) -> Vec<Condition> {
+    let elevation_rad = mean_rad(window, axes[1], [start_s - START_S, start_s]);
+    Condition::reached(case, |_| elevation_rad)
+}
 
 /// What is known of the target's motion.
 struct Seen<'a> {

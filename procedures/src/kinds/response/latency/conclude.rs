@@ -75,6 +75,7 @@ pub(super) fn conclude(keys: &Keys, cases: &[Case], points: &[PointResult]) -> C
         .filter_map(|point| point.reduced.get())
         .filter(|found: &&Loop| blamed.is_none() || found.described != Described::ByNeither)
         .collect();
+    let smear_s = jitter.as_ref().map_or(0.0, |jitter| jitter.most_of(&loops));
     let transports: Vec<Value> = loops.iter().map(|found| found.transport_s).collect();
     let corners: Vec<Value> = loops.iter().map(|found| found.corner_hz).collect();
     let mut add = |name: &str, found: Found, half_width_s: f64| {
@@ -87,20 +88,19 @@ pub(super) fn conclude(keys: &Keys, cases: &[Case], points: &[PointResult]) -> C
     if keys.has(Stage::Fit) && keys.levels_v.len() > 1 {
         // Fits of the same order have the same error by jitter, which the difference does not contain.
         let is_alike = loops.windows(2).all(|two| two[0].described == two[1].described);
-        let jitter = jitter.as_ref().filter(|_| !is_alike);
-        add(LEVELS, levels(&transports), jitter.map_or(0.0, |jitter| jitter.most_of(&loops)));
+        add(LEVELS, levels(&transports), if is_alike { 0.0 } else { smear_s });
     }
     if keys.has(Stage::Slow) {
         let slow = slow(points, &transports, &corners);
         let slow = slow.as_ref().map_err(Clone::clone);
         // The lag of the fit counts in full here, and an error of the lag by jitter is as large as one of a delay.
         let most_s =
-            jitter.as_ref().map_or(0.0, |j| j.most_of(&loops).max(SECOND_ORDER_SMEAR_RATIO * j.most_s));
+            jitter.as_ref().map_or(0.0, |jitter| smear_s.max(SECOND_ORDER_SMEAR_RATIO * jitter.most_s));
         add(SLOW, slow.clone().map(slow_itself), most_s);
         add(RATES, slow.map(rates), most_s);
     }
     if keys.has(Stage::Probe) {
-        add(BACK, back(points, &transports), jitter.as_ref().map_or(0.0, |jitter| jitter.most_of(&loops)));
+        add(BACK, back(points, &transports), smear_s);
     }
     if let Some(transport_s) = mean(&transports) {
         let remark = remark(transport_s.value, &conclusion.measurements);
